@@ -50,7 +50,8 @@
 #define FANLIGHT_BINDING_SMOOTH_DEPTH 17
 // Four half floats a pixel: the picture of pass 2.
 #define FANLIGHT_BINDING_LIT 18
-// Four half floats a pixel: the same after one step of pass 3's diffusion.
+// Four half floats a pixel: the same after a step of pass 3, outlines or diffusion; before, the soft light
+// (soft_light.h).
 #define FANLIGHT_BINDING_DIFFUSED 19
 // Packed RGBA8 a pixel: the picture of pass 3.
 #define FANLIGHT_BINDING_FINISHED 20

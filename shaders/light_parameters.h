@@ -80,7 +80,7 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
 
   int outline_radius;     // pass 3: windows span 2 r + 1 pixels; 0: outlines stay as they are
   float outline_fall;     // pass 3: how weights fall with the square of the distance, per pixel^2
-  float outline_scale;    // pass 3: distance from an outline for the window's share over its offset, pixels^2
+  float outline_scale;    // pass 3: k of renderer/ALGORITHM.md, outlines: distance = k (share - 1/2) / offset
   int mean;               // pass 3: 1: 2 x 2 mean
   float diffusion_scale;  // pass 3: 1 / conductance
   int map_colours;        // pass 3: 1: colour map, by brightness, linear between the points

@@ -2,7 +2,8 @@
 // The soft part of the light, for each 2 x 2 pixels: what changes little from pixel to pixel, and costs much
 // (renderer/ALGORITHM.md, soft light). Three maps of half the picture's width and height, rounded up, lie one
 // behind the other in the memory of pass 3's diffusion, which runs later: direct and sky; scattered and
-// depth; and the latter after the rows. The includer has declared the parameters as `lighting`.
+// depth; and the latter after the rows. They fit from 7 x 7 pixels on. The includer has declared the
+// parameters as `lighting`.
 #ifndef FANLIGHT_SHADERS_SOFT_LIGHT_H
 #define FANLIGHT_SHADERS_SOFT_LIGHT_H
 

@@ -57,11 +57,11 @@ float known_around(ivec2 pixel, float depth) {
 
 // Share of a light that comes through the body to a point, 0 to 1. The surface is known from the viewer's
 // side only: whatever lies below it is taken for tissue, up to the next step down.
-float light_through(vec3 at, vec3 to_light, int lamp) {
+float light_through(vec3 at, vec3 to_light, int steps, int lamp) {
   float step_length = 0.25 * lighting.glow_reach;
   float light_distance = lighting.directional != 0 ? 1e9 : length(lighting.lamp_places[lamp] - at);
   float thickness = 0.0;
-  for (int step_number = 0; step_number < kSteps; ++step_number) {
+  for (int step_number = 0; step_number < steps; ++step_number) {
     float along = (float(step_number) + 0.5) * step_length;
     vec3 there = at + along * to_light;
     bool in_body = along < light_distance && there.z <= lighting.shadow_top;
@@ -113,9 +113,10 @@ SoftLight soft_light_of(Place place) {
     vec3 to_light = direction_to_light(point, lamp);
     float cosine = dot(place.normal, to_light);
     float direct = direct_light(point, place.depth, cosine, lamp);
-    // A side that faces the light is lit from the front or lies in a shadow: what throws it may be far away,
-    // and how thick that is, is not known. Only a side that faces away is lit through the body.
-    float through = lighting.glow > 0.0 ? lighting.glow * light_through(point, to_light, lamp) : 0.0;
+    // A side that faces the light is lit from the front or lies in a shadow. The thickness of what throws the
+    // shadow is not known, so only a side that faces away is lit through the body.
+    bool glows = lighting.glow > 0.0 && cosine <= 0.0;
+    float through = glows ? lighting.glow * light_through(point, to_light, glows ? kSteps : 0, lamp) : 0.0;
     soft.direct[lamp] = place.known * direct;
     soft.scattered[lamp] = place.known * abs(cosine) * (cosine > 0.0 ? direct : through);
   }

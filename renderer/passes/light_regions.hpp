@@ -11,7 +11,7 @@ namespace fanlight {
 /// All else is as the last picture left it. In whole tiles, so that no dispatch writes beyond its rectangle.
 struct LightRegions {
   PixelRect changed;   ///< the temporal filter, and the tiles' ranges of depth
-  PixelRect uneven;    ///< where tiles may have got islands or holes
+  PixelRect uneven;    ///< where tiles may have got islands, holes or outlines
   PixelRect cleaned;   ///< islands
   PixelRect filled;    ///< holes
   PixelRect rows;      ///< the depth filter along rows

@@ -325,6 +325,16 @@ test("three lights have handles, which the mouse, keys and a finger move, and a 
     assert.equal(await viewer.field("fill_light.strength"), 0.9);
     assert.equal(await viewer.field("fill_light.red"), 0);
 
+    // A light that is switched off stays the one that the panel shows.
+    await page.locator("#lamp-on").uncheck();
+    await viewer.settled();
+    const isOn = () => page.locator('[data-field="fill_light.on"]').inputValue();
+    assert.equal(await isOn(), "0");
+    assert.ok(await page.locator("#lamp-choice").getByLabel("Fill").isChecked(), "the panel shows another light");
+    await page.getByRole("button", { name: "Light side" }).click();
+    await viewer.settled();
+    assert.equal(await isOn(), "1", "a light that is placed is not switched on");
+
     // The handle of the key light is taken by the mouse, though the fill light was chosen.
     const [key_mm, fill_mm] = [await viewer.field("light.right_mm"), await viewer.field("fill_light.right_mm")];
     await viewer.drag(await marker("light"), [0.5, 0.3]);

@@ -121,6 +121,7 @@ test("the page lights surfaces as the server does", async () => {
         back_light: { on: 1, up_mm: 70, depth_mm: 90, blue: 0.3, strength: 1.5 },
       },
       "the fill light alone": { light: { on: 0 }, back_light: { on: 0 } },
+      "no light on": { fill_light: { on: 0 } },
       "a depth map": { mode: "depth" },
     };
     for (const [name, scene] of Object.entries(scenes)) {

@@ -306,6 +306,9 @@ test("nine planes have their distances, a step and a direction, and a click move
     await viewer.page.locator("#tomography-step").selectOption("10");
     await viewer.settled();
     assert.equal((await names())[8], "C +40 mm");
+    // In planes at constant depth the probe's depth points into the picture, whatever the camera.
+    assert.equal(await viewer.page.locator("#axes circle.depth").count(), 1);
+    assert.equal(await viewer.page.locator("#axes path.sweep").count(), 1);
     const depth_mm = await viewer.field("camera.target_y_mm");
     const box = await viewer.page.locator("#picture").boundingBox();
     await viewer.page.mouse.click(box.x + box.width / 6, box.y + box.height / 2);

@@ -372,7 +372,7 @@ SeededCase seeded_case(std::uint32_t seed) {
   if (far.one_in(3)) scene.light.haze = far.between(0.005, 0.1);
   Dice lamps(seed + 7'000'000);
   if (lamps.one_in(2)) set_lamps(lamps, scene);
-  if (lamps.one_in(2)) scene.finish.outline = lamps.whole(1, 5);
+  if (lamps.one_in(2)) scene.finish.outline = lamps.whole(1, 8);
   if (lamps.one_in(8)) scene.mode = Mode::kTomography;
   scene.slice.plane = lamps.any_to(SlicePlane::kView);
   scene.slice.step_mm = lamps.between(0.5, 8);

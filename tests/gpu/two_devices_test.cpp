@@ -324,63 +324,73 @@ INSTANTIATE_TEST_SUITE_P(Passes, AfterOtherMapsTest,
                                                      scene.filter.weights = FilterWeights::kConfidence;
                                                    }}));
 
-INSTANTIATE_TEST_SUITE_P(Passes, PartlyLitTest,
-                         testing::Values(PartlyLit{"no filter, no shadow",
-                                                   [](Scene& scene) {
-                                                     scene.filter.size = scene.filter.islands =
-                                                         scene.filter.holes = 1;
-                                                     scene.shadow.coefficient = 1;
-                                                   }},
-                                         PartlyLit{"soft light, no shadow",
-                                                   [](Scene& scene) {
-                                                     EXPECT_TRUE(apply_look(scene, "skin"));
-                                                     scene.shadow.coefficient = 1;
-                                                   }},
-                                         PartlyLit{"wide mean, no shadow",
-                                                   [](Scene& scene) {
-                                                     scene.filter.kind = DepthFilter::kMean;
-                                                     scene.filter.size = 31;
-                                                     scene.filter.islands = scene.filter.holes = 1;
-                                                     scene.shadow.coefficient = 1;
-                                                   }},
-                                         PartlyLit{"narrow mean, islands, holes, no shadow",
-                                                   [](Scene& scene) {
-                                                     scene.filter.kind = DepthFilter::kMean;
-                                                     scene.filter.size = 3;
-                                                     scene.filter.islands = scene.filter.holes = 15;
-                                                     scene.shadow.coefficient = 1;
-                                                   }},
-                                         PartlyLit{"narrow Gaussian, holes, no shadow",
-                                                   [](Scene& scene) {
-                                                     scene.filter.kind = DepthFilter::kGaussian;
-                                                     scene.filter.size = 1;
-                                                     scene.filter.islands = 1;
-                                                     scene.filter.holes = 15;
-                                                     scene.shadow.coefficient = 1;
-                                                   }},
-                                         PartlyLit{"edge-preserving, weights, long shadows",
-                                                   [](Scene& scene) {
-                                                     scene.filter.kind = DepthFilter::kEdgePreserving;
-                                                     scene.filter.weights = FilterWeights::kConfidence;
-                                                     scene.light.kind = LightKind::kDirectional;
-                                                     scene.light.up_mm = 900;
-                                                     scene.light.right_mm = 0;
-                                                     scene.shadow.coefficient = 0;
-                                                     scene.shadow.softness_mm = 0;
-                                                   }},
-                                         PartlyLit{"mean, diffusion, no shadow",
-                                                   [](Scene& scene) {
-                                                     scene.filter.kind = DepthFilter::kMean;
-                                                     scene.shadow.coefficient = 1;
-                                                     scene.finish.smoothing = Smoothing::kDiffusion;
-                                                     scene.finish.iterations = 7;
-                                                   }},
-                                         PartlyLit{"Gaussian, colours beside the surface, no shadow",
-                                                   [](Scene& scene) {
-                                                     scene.filter.kind = DepthFilter::kGaussian;
-                                                     scene.mode = Mode::kSurfaceAndVolume;
-                                                     scene.shadow.coefficient = 1;
-                                                   }}));
+INSTANTIATE_TEST_SUITE_P(
+    Passes, PartlyLitTest,
+    testing::Values(PartlyLit{"no filter, no shadow",
+                              [](Scene& scene) {
+                                scene.filter.size = scene.filter.islands = scene.filter.holes = 1;
+                                scene.shadow.coefficient = 1;
+                              }},
+                    PartlyLit{"soft light, no shadow",
+                              [](Scene& scene) {
+                                EXPECT_TRUE(apply_look(scene, "skin"));
+                                scene.shadow.coefficient = 1;
+                              }},
+                    PartlyLit{"wide mean, no shadow",
+                              [](Scene& scene) {
+                                scene.filter.kind = DepthFilter::kMean;
+                                scene.filter.size = 31;
+                                scene.filter.islands = scene.filter.holes = 1;
+                                scene.shadow.coefficient = 1;
+                              }},
+                    PartlyLit{"narrow mean, islands, holes, no shadow",
+                              [](Scene& scene) {
+                                scene.filter.kind = DepthFilter::kMean;
+                                scene.filter.size = 3;
+                                scene.filter.islands = scene.filter.holes = 15;
+                                scene.shadow.coefficient = 1;
+                              }},
+                    PartlyLit{"narrow Gaussian, holes, no shadow",
+                              [](Scene& scene) {
+                                scene.filter.kind = DepthFilter::kGaussian;
+                                scene.filter.size = 1;
+                                scene.filter.islands = 1;
+                                scene.filter.holes = 15;
+                                scene.shadow.coefficient = 1;
+                              }},
+                    PartlyLit{"edge-preserving, weights, long shadows",
+                              [](Scene& scene) {
+                                scene.filter.kind = DepthFilter::kEdgePreserving;
+                                scene.filter.weights = FilterWeights::kConfidence;
+                                scene.light.kind = LightKind::kDirectional;
+                                scene.light.up_mm = 900;
+                                scene.light.right_mm = 0;
+                                scene.shadow.coefficient = 0;
+                                scene.shadow.softness_mm = 0;
+                              }},
+                    PartlyLit{"mean, diffusion, no shadow",
+                              [](Scene& scene) {
+                                scene.filter.kind = DepthFilter::kMean;
+                                scene.shadow.coefficient = 1;
+                                scene.finish.smoothing = Smoothing::kDiffusion;
+                                scene.finish.iterations = 7;
+                              }},
+                    PartlyLit{"Gaussian, colours beside the surface, no shadow",
+                              [](Scene& scene) {
+                                scene.filter.kind = DepthFilter::kGaussian;
+                                scene.mode = Mode::kSurfaceAndVolume;
+                                scene.shadow.coefficient = 1;
+                              }},
+                    PartlyLit{"outlines of 3 pixels, no shadow",
+                              [](Scene& scene) {
+                                scene.finish.outline = 3;
+                                scene.shadow.coefficient = 1;
+                              }},
+                    PartlyLit{"outlines of 8 pixels, no filter, no shadow", [](Scene& scene) {
+                                scene.finish.outline = 8;
+                                scene.filter.size = scene.filter.islands = scene.filter.holes = 1;
+                                scene.shadow.coefficient = 1;
+                              }}));
 
 }  // namespace
 }  // namespace fanlight::test::two_devices_tests

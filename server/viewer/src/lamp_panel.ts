@@ -20,7 +20,7 @@ export class LampPanel {
   private readonly strength = find("#lamp-strength", HTMLInputElement);
   private readonly output = find("#lamp-strength-shown", HTMLElement);
   private rimBefore = kUsualRim; // of a key light that was not behind
-  /** The light that the controls show; the handles move it if it is on. */
+  /** The light that the controls show, on or off; the handles move it if it is on. */
   private lamp: Lamp = "light";
 
   constructor(
@@ -30,8 +30,8 @@ export class LampPanel {
   ) {
     for (const button of places.querySelectorAll("button")) button.onclick = () => this.moveTo(button.dataset.light);
     this.choices.append(...kLamps.map((lamp) => this.choice(lamp)));
-    handles.onChosen = () => {
-      this.lamp = handles.chosen;
+    handles.onChosen = (lamp) => {
+      this.lamp = lamp;
       this.refresh();
     };
     this.on.onchange = () => {
@@ -61,12 +61,7 @@ export class LampPanel {
 
   private choice(lamp: Lamp): HTMLElement {
     const input = element("input", { type: "radio", name: "lamp", value: lamp });
-    input.onchange = () => {
-      this.lamp = lamp;
-      this.handles.choose(lamp);
-      this.lamp = lamp; // also one that is off
-      this.refresh();
-    };
+    input.onchange = () => this.handles.choose(lamp);
     return element("label", {}, input, element("span", { textContent: kLampTitles[lamp] }));
   }
 
@@ -76,7 +71,7 @@ export class LampPanel {
    */
   private moveTo(place = ""): void {
     const [right = 0, up = 0, depth = 0] = place.split(" ").map(Number);
-    const lamp = this.handles.chosen;
+    const { lamp } = this;
     const fieldMm = this.editor.number("camera.field_mm");
     const rim = this.editor.number("light.rim");
     if (rim !== kRimBehind) this.rimBefore = rim;
@@ -84,6 +79,7 @@ export class LampPanel {
       [`${lamp}.right_mm`, tidy(right * fieldMm)],
       [`${lamp}.up_mm`, tidy(up * fieldMm)],
       [`${lamp}.depth_mm`, tidy(this.editor.number("camera.distance_mm") + depth * fieldMm)],
+      [`${lamp}.on`, 1],
       ...(lamp === "light" ? [["light.rim", depth > 0 ? kRimBehind : this.rimBefore] as const] : []),
     ]);
   }

@@ -18,10 +18,10 @@ import {
 const kNudge = 0.02; // share of the visible height, per nudge
 const kReachPixels = 22; // of a marker, for a finger
 
-/** In modes that light nothing there is no marker, and no light can be moved. A light that is off has none either. */
+/** In modes that light nothing there is no marker, and no light can be moved. A light that is off has no marker. */
 export class LightHandles {
   /** Called when another light is chosen. */
-  onChosen: () => void = () => undefined;
+  onChosen: (lamp: Lamp) => void = () => undefined;
   private wanted: Lamp = "light";
 
   constructor(
@@ -39,13 +39,13 @@ export class LightHandles {
   choose(lamp: Lamp): void {
     this.wanted = lamp;
     this.placeMarkers();
-    this.onChosen();
+    this.onChosen(lamp);
   }
 
   /** Chooses the light whose marker is under the pointer, if any. */
   chooseAt(pointer: PagePoint): void {
     const part = this.part();
-    const on = kLamps.filter((lamp) => this.isOn(lamp));
+    const on = kLamps.filter((lamp) => this.isOn(lamp) && this.markers.has(lamp));
     if (!part || on.length < 2) return;
     const apart = (lamp: Lamp) => {
       const at = pagePoint(clamped(this.pixel(lamp, part), part), this.canvas);
@@ -58,30 +58,28 @@ export class LightHandles {
   /** Moves the light to the pointer; its depth stays. */
   moveTo(pointer: PagePoint): void {
     const [part, lamp] = [this.part(), this.chosen];
-    if (!part || !this.isOn(lamp)) return;
+    if (!part) return;
     const point = viewPoint(picturePixel(pointer, this.canvas), part, this.heightMm(lamp));
-    this.editor.set([
-      [`${lamp}.right_mm`, point.rightMm],
-      [`${lamp}.up_mm`, point.upMm],
-    ]);
+    this.editor.set([[`${lamp}.right_mm`, point.rightMm], [`${lamp}.up_mm`, point.upMm], ...this.switchedOn(lamp)]);
   }
 
   nudge(right: number, up: number): void {
     const lamp = this.chosen;
-    if (!this.part() || !this.isOn(lamp)) return;
+    if (!this.part()) return;
     const step = kNudge * this.heightMm(lamp);
     this.editor.set([
       [`${lamp}.right_mm`, tidy(this.editor.number(`${lamp}.right_mm`) + right * step)],
       [`${lamp}.up_mm`, tidy(this.editor.number(`${lamp}.up_mm`) + up * step)],
+      ...this.switchedOn(lamp),
     ]);
   }
 
   /** Positive numbers move the light into the body. */
   deepen(nudges: number): void {
     const lamp = this.chosen;
-    if (!this.part() || !this.isOn(lamp)) return;
+    if (!this.part()) return;
     const depthMm = this.editor.number(`${lamp}.depth_mm`) + nudges * kNudge * this.editor.number("camera.field_mm");
-    this.editor.set([[`${lamp}.depth_mm`, tidy(depthMm)]]);
+    this.editor.set([[`${lamp}.depth_mm`, tidy(depthMm)], ...this.switchedOn(lamp)]);
   }
 
   /** Draws the markers. A light outside the lit part of the picture is drawn at the edge of that part. */
@@ -94,6 +92,11 @@ export class LightHandles {
       marker.classList.toggle("chosen", several && lamp === this.chosen);
       if (shown) this.place(marker, this.pixel(lamp, part), part);
     }
+  }
+
+  /** Where all lights are off, the one that is moved is switched on. */
+  private switchedOn(lamp: Lamp): [string, number][] {
+    return this.isOn(lamp) ? [] : [[`${lamp}.on`, 1]];
   }
 
   private place(marker: SVGElement, { x, y }: PagePoint, part: Rectangle): void {

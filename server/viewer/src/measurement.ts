@@ -83,6 +83,8 @@ export class Measurement {
       freeze(): void;
       showsSurface(): boolean;
       fullSize(): Size;
+      /** Whether the picture has a part that points of the body are drawn on. */
+      showsBody(): boolean;
       ask(requestId: bigint, pixels: PagePoint[]): void;
       /** Empty: nothing to say. */
       say(sentence: string): void;
@@ -169,7 +171,7 @@ export class Measurement {
 
   /** For a still: the text next to the measurement that is drawn. */
   text(): string {
-    return this.isShown() ? distanceText(this.measured!.distance) : "";
+    return this.isShown() && this.events.showsBody() ? distanceText(this.measured!.distance) : "";
   }
 
   private isShown(): boolean {
@@ -204,7 +206,7 @@ export class Measurement {
     const cross = ({ x, y }: PagePoint) => drawing("path", { d: `M${x - 6} ${y}h12M${x} ${y - 6}v12` });
     if (this.start) parts.push(cross(drawn(pixelAt(this.start, full))));
     const view = this.picture?.view;
-    if (this.isShown() && view) {
+    if (this.isShown() && view && this.events.showsBody()) {
       const pixels = this.measured!.path.map((point) => pixelOfPoint(point, view));
       if (pixels.every((pixel) => pixel !== undefined)) {
         const all = (pixels as PagePoint[]).map(drawn);

@@ -3,6 +3,7 @@
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { allowed, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
+import { kAcross, kTomography, planeWay } from "./tomography";
 import { bodyWay, orbited, surfacePart, tidy, type PagePoint } from "./view_geometry";
 
 // A click on a slice, and what finds the surface, set these together with the camera.
@@ -39,14 +40,17 @@ export class Orbit {
   pan(moved: PagePoint): void {
     const number = (name: string) => this.editor.number(name);
     const part = surfacePart(this.editor.choice("mode"), this.canvas);
-    const fieldPixels = part?.fieldPixels ?? part?.height ?? this.canvas.height;
+    const isTomography = this.editor.choice("mode") === kTomography;
+    const wholeHeight = this.canvas.height / (isTomography ? kAcross : 1);
+    const fieldPixels = part?.fieldPixels ?? part?.height ?? wholeHeight;
     const mmPerPixel = (number("camera.field_mm") * this.canvas.height) / (fieldPixels * this.canvas.clientHeight);
     const turn = {
       yawDeg: number("camera.yaw_deg"),
       pitchDeg: number("camera.pitch_deg"),
       rollDeg: number("camera.roll_deg"),
     };
-    const way = bodyWay(turn, -moved.x * mmPerPixel, moved.y * mmPerPixel, 0);
+    const [right, up] = [-moved.x * mmPerPixel, moved.y * mmPerPixel];
+    const way = isTomography ? planeWay(number("slice.plane"), turn, right, up, 0) : bodyWay(turn, right, up, 0);
     this.editor.set([
       ["camera.target_x_mm", tidy(number("camera.target_x_mm") + way.x)],
       ["camera.target_y_mm", tidy(number("camera.target_y_mm") + way.y)],

@@ -22,8 +22,15 @@ export function scaleBar(view: View | undefined, width: number, targetMm: number
   return mm === undefined ? undefined : { mm, pixels: mm / mmPerPixel };
 }
 
-/** Where the probe's directions point in the picture: right and down, -1 to 1; "away" is into the picture. */
-export function directions(view: View): { name: string; right: number; down: number; away: number }[] {
+/** Where a direction of the probe points in the picture: right and down, -1 to 1; "away" is into the picture. */
+export interface Direction {
+  name: string;
+  right: number;
+  down: number;
+  away: number;
+}
+
+export function directions(view: View): Direction[] {
   const m = view.matrix;
   // The columns of the matrix are right, down and forward in the transducer frame.
   const axis = (name: string, row: number) => ({ name, right: m[row]!, down: m[row + 1]!, away: m[row + 2]! });
@@ -36,7 +43,7 @@ export class PictureMarks {
     private readonly frame: HTMLElement,
   ) {}
 
-  show(view: View | undefined, bar: ScaleBar | undefined, fullWidth: number, mode: string): void {
+  show(probe: readonly Direction[], bar: ScaleBar | undefined, fullWidth: number, mode: string): void {
     const { scale, axes, paneNames } = this.places;
     scale.hidden = !bar;
     if (bar) {
@@ -44,11 +51,11 @@ export class PictureMarks {
       scale.style.setProperty("--length", String((bar.pixels * this.frame.clientWidth) / fullWidth));
     }
     paneNames.hidden = mode !== "slices";
-    axes.replaceChildren(...(view && view.matrix.length === 16 ? directions(view).flatMap(arm) : []));
+    axes.replaceChildren(...probe.flatMap(arm));
   }
 }
 
-function arm({ name, right, down, away }: ReturnType<typeof directions>[number]): SVGElement[] {
+function arm({ name, right, down, away }: Direction): SVGElement[] {
   const [x, y] = [kArm * right, kArm * down];
   const faint = Math.hypot(right, down) < 0.3;
   if (faint) return [drawing("circle", { class: name, r: 4, opacity: away > 0 ? 0.6 : 1 })];

@@ -46,13 +46,13 @@ export class PictureNotes {
     return this.notes.filter(isInPicture);
   }
 
-  /** The view of what is drawn now, in the pixels of a picture of that size. */
+  /** The view of what is drawn now, in the pixels of a picture of that size; undefined: it shows no point of the body. */
   place(view: View | undefined, size: Size): void {
     [this.view, this.size] = [view, size];
     const anchored = this.notes.filter(({ point }) => point !== undefined);
-    if (!view || anchored.length === 0 || this.editing) return;
+    if (anchored.length === 0 || this.editing) return;
     for (const note of anchored) {
-      const pixel = pixelOfPoint(note.point!, view);
+      const pixel = view && pixelOfPoint(note.point!, view);
       note.x = pixel ? (pixel.x + 0.5) / size.width : -1;
       note.y = pixel ? (pixel.y + 0.5) / size.height : -1;
       note.behind = this.isBehind(note) ?? note.behind ?? false;

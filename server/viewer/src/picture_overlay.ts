@@ -9,13 +9,14 @@ import { Measurement, type Mm } from "./measurement";
 import { page } from "./page";
 import { PictureNotes } from "./picture_notes";
 import { PlaneOverlay } from "./plane_overlay";
-import { PictureMarks, scaleBar, type ScaleBar } from "./picture_marks";
+import { directions, PictureMarks, scaleBar, type Direction, type ScaleBar } from "./picture_marks";
 import type { SettingsEditor } from "./settings_editor";
 import { Scalpel } from "./scalpel";
 import { saveStill } from "./still";
 import { SurfacePoints } from "./surface_points";
+import { kTomography, planeDirections } from "./tomography";
 import type { Tool } from "./tools";
-import type { PagePoint, Size } from "./view_geometry";
+import { surfacePart, type PagePoint, type Size } from "./view_geometry";
 
 const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
 
@@ -91,6 +92,7 @@ export class PictureOverlay {
       freeze: () => from.freeze(),
       showsSurface: () => kSurfaceModes.includes(this.editor.choice("mode")),
       fullSize: () => this.fullSize(),
+      showsBody: () => this.showsBody,
       ask: (requestId, pixels) => from.askDepth(requestId, pixels, this.fullSize()),
       say,
     });
@@ -120,7 +122,8 @@ export class PictureOverlay {
 
   /** What is drawn now has another view: that of the picture, or of a preview. */
   drawn(): void {
-    this.notes.place(this.from.drawnView() ?? this.from.shown()?.view, this.fullSize());
+    const view = this.from.drawnView() ?? this.from.shown()?.view;
+    this.notes.place(this.showsBody ? view : undefined, this.fullSize());
     this.scalpel.viewMayHaveChanged();
   }
 
@@ -208,10 +211,21 @@ export class PictureOverlay {
     return scaleBar(this.from.shown()?.view, this.fullSize().width, this.editor.number("camera.distance_mm"));
   }
 
+  private directions(view: View | undefined): readonly Direction[] {
+    const isTomography = this.editor.choice("mode") === kTomography;
+    const ofPlane = isTomography ? planeDirections(this.editor.number("slice.plane")) : undefined;
+    return ofPlane ?? (view?.matrix.length === 16 ? directions(view) : []);
+  }
+
+  /** Whether the picture has a part that points of the body are drawn on. */
+  private get showsBody(): boolean {
+    return surfacePart(this.editor.choice("mode"), page.canvas) !== undefined;
+  }
+
   private showMarks(): void {
     page.frame.dataset.mode = this.editor.choice("mode");
     const shown = this.from.shown();
     this.planes.show(shown?.view, this.fullSize().width, shown?.nearEndMm);
-    this.marks.show(shown?.view, this.bar(), this.fullSize().width, this.editor.choice("mode"));
+    this.marks.show(this.directions(shown?.view), this.bar(), this.fullSize().width, this.editor.choice("mode"));
   }
 }

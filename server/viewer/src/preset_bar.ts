@@ -43,7 +43,7 @@ export class PresetBar {
   }
 }
 
-/** One, two or four panes: the field "mode". In other modes none is chosen. */
+/** How many panes: the field "mode". In other modes none is chosen. */
 export class LayoutBar {
   private readonly inputs: HTMLInputElement[];
 

@@ -3,7 +3,7 @@
 // at which rays begin and end stay where they are in the body, so that the surface is not lost; it moves sideways with
 // the target. A single oblique plane begins the search for the surface just before the point.
 import type { SettingsEditor } from "./settings_editor";
-import { kAcross, kTomography, offsetMm } from "./tomography";
+import { kAcross, kTomography, offsetMm, planeWay } from "./tomography";
 import {
   bodyWay,
   picturePixel,
@@ -67,12 +67,7 @@ function tomographyPoint(pixel: PagePoint, size: Size, camera: SliceCamera): Bod
   const pane = { left, top, width: edge(size.width, column + 1) - left, height: edge(size.height, row + 1) - top };
   const { rightMm, upMm } = viewPoint(pixel, pane, camera.fieldMm);
   const awayMm = offsetMm(kAcross * row + column, camera.stepMm);
-  const ways = [
-    { x: rightMm, y: -upMm, z: awayMm },
-    { x: awayMm, y: -upMm, z: rightMm },
-    { x: rightMm, y: awayMm, z: upMm },
-  ];
-  const way = ways[camera.plane] ?? bodyWay(camera, rightMm, upMm, awayMm);
+  const way = planeWay(camera.plane, camera, rightMm, upMm, awayMm);
   const { x, y, z } = camera.target;
   return { x: tidy(x + way.x), y: tidy(y + way.y), z: tidy(z + way.z) };
 }

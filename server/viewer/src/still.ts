@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Saves the picture as PNG, with its measurement and notes; and, if wanted, its scale, source and state below it.
 
+import { kNotForDiagnosis } from "./measurement";
 import type { PictureNote } from "./picture_notes";
 import { saveFile, timeInName } from "./save_file";
 
@@ -108,7 +109,8 @@ function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, 
   const line = [facts.source, facts.state, `volume ${facts.volumeId}`, timeText(facts)].filter(Boolean).join("   ");
   context.fillText(line, 8, 16, width - 16);
   const barLength = facts.bar ? (facts.bar.pixels * width) / facts.fullWidth : 0;
-  context.fillText(facts.measurement || "Not for diagnosis.", 8, 36, width - barLength - kBarTextWidth);
+  const said = [facts.measurement, facts.measurement.includes(kNotForDiagnosis) ? "" : kNotForDiagnosis];
+  context.fillText(said.filter(Boolean).join(" "), 8, 36, width - barLength - kBarTextWidth);
   if (facts.bar) drawBar(context, facts.bar.mm, barLength, width - 8);
   context.restore();
 }

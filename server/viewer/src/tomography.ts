@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nine parallel planes: where each lies, and the controls for their direction and distance.
 import { element, find } from "./element";
+import type { Direction } from "./picture_marks";
 import type { SettingsEditor } from "./settings_editor";
+import { bodyWay, type Turn } from "./view_geometry";
 
 export const kTomography = "tomography";
 export const kAcross = 3;
 const kMiddle = 4;
 const [kPlane, kStep] = ["slice.plane", "slice.step_mm"];
-const kTitles = ["A", "B", "C", "Plane"];
+const kTitles = ["A", "B", "C", "As seen"];
 
 /** How far the pane's plane is from the target, mm; panes are numbered along the rows. */
 export function offsetMm(pane: number, stepMm: number): number {
@@ -19,6 +21,33 @@ export function paneTitle(plane: number, pane: number, stepMm: number): string {
   const offset = offsetMm(pane, stepMm);
   const sign = offset > 0 ? "+" : offset < 0 ? "\u2212" : "";
   return `${kTitles[plane] ?? ""} ${sign}${Math.abs(offset)} mm`;
+}
+
+/** In the transducer frame, mm. */
+interface Way {
+  x: number;
+  y: number;
+  z: number;
+}
+
+/** The way in the transducer frame, mm, of a way in such a plane, and away from it to the next ones. */
+export function planeWay(plane: number, turn: Turn, right: number, up: number, away: number): Way {
+  const ways = [
+    { x: right, y: -up, z: away },
+    { x: away, y: -up, z: right },
+    { x: right, y: away, z: up },
+  ];
+  return ways[plane] ?? bodyWay(turn, right, up, away);
+}
+
+/** Where the probe's directions point in planes that do not follow the camera; undefined for those that do. */
+export function planeDirections(plane: number): Direction[] | undefined {
+  const at = (name: string, right: number, down: number) => ({ name, right, down, away: right || down ? 0 : 1 });
+  return [
+    [at("side", 1, 0), at("depth", 0, 1), at("sweep", 0, 0)],
+    [at("side", 0, 0), at("depth", 0, 1), at("sweep", 1, 0)],
+    [at("side", 1, 0), at("depth", 0, 0), at("sweep", 0, -1)],
+  ][plane];
 }
 
 export class Tomography {
@@ -47,9 +76,7 @@ export class Tomography {
     this.names.replaceChildren(...this.titles().map((textContent) => element("span", { textContent })));
   }
 
-  /** The titles of the panes; none in other modes. */
-  titles(): string[] {
-    if (this.editor.choice("mode") !== kTomography) return [];
+  private titles(): string[] {
     const [plane, step] = [this.editor.number(kPlane), this.editor.number(kStep)];
     return Array.from({ length: kAcross ** 2 }, (_, pane) => paneTitle(plane, pane, step));
   }

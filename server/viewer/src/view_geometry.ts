@@ -32,7 +32,7 @@ export interface Lens {
 const kOrbitDegPerHeight = 180;
 const kLeastScale = 0.1;
 
-/** The part of a picture that shows the surface (as viewport() in renderer/parameters); undefined in modes of planes alone. */
+/** The part of a picture that shows the surface (as viewport() in renderer/parameters); undefined for planes alone. */
 export function surfacePart(mode: string, { width, height }: Size): Rectangle | undefined {
   const halfWidth = Math.floor(width / 2);
   const halfHeight = Math.floor(height / 2);

@@ -53,13 +53,18 @@ test("one of several reasons is enough", () => {
     ["filter.holes", 1],
     ["filter.steady", 0],
     ["light.normals", 0],
+    ["finish.outline", 0],
   ];
-  assert.match(missing("filter.step_mm", nothing) ?? "", /kind is edge preserving, .* or light, normals is central/);
+  assert.match(
+    missing("filter.step_mm", nothing) ?? "",
+    /kind is edge preserving, .* light, normals is central or finish, outline is above 0/,
+  );
   for (const [name, value] of [
     ["filter.kind", 1],
     ["filter.holes", 3],
     ["filter.steady", 0.5],
     ["light.normals", 1],
+    ["finish.outline", 3],
   ]) {
     assert.equal(missing("filter.step_mm", [...nothing, [String(name), Number(value)]]), undefined, String(name));
   }

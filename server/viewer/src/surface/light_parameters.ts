@@ -105,13 +105,15 @@ function lampParameters(scene: SceneValues): LightParameters {
       colour: linear(scene, group).map((part) => scene.number(`${group}.strength`) * part),
     };
   });
-  const distances = lamps.map(({ distance }) => distance);
+  // WebGL takes no empty arrays.
+  const off = { place: [0, 0, 0], direction: [0, 0, 1], distance: 1, colour: [0, 0, 0] };
+  const all = kLamps.map((_, index) => lamps[index] ?? off);
   return {
     lamps: lamps.length,
-    lamp_places: lamps.flatMap(({ place }) => place),
-    lamp_directions: lamps.flatMap(({ direction }) => direction),
-    lamp_colours: lamps.flatMap(({ colour }) => colour),
-    lamp_distances: [0, 1, 2].map((index) => distances[index] ?? 1),
+    lamp_places: all.flatMap(({ place }) => place),
+    lamp_directions: all.flatMap(({ direction }) => direction),
+    lamp_colours: all.flatMap(({ colour }) => colour),
+    lamp_distances: all.map(({ distance }) => distance),
   };
 }
 
