@@ -42,7 +42,9 @@ const float kXRayReach = 10.0;
 float slab_echo(vec3 at, vec3 normal) {
   float half_mm = 0.5 * float(rays.slab_samples - 1) * rays.slab_step;
   vec3 across = rays.slab_samples > 1 ? normal : vec3(0.0);
-  vec2 shown = between_frames(cropped(vec2(-half_mm, half_mm), at, across), at, across);
+  // Half a step longer than the samples reach, so that rounding does not lose the outermost ones.
+  float reach = half_mm + 0.5 * rays.slab_step;
+  vec2 shown = between_frames(cropped(vec2(-reach, reach), at, across), at, across);
   float most = -1.0;
   float sum = 0.0;
   float count = 0.0;
