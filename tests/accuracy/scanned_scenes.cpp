@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -77,12 +78,22 @@ double beside(const Share& share, const Place& place) {
   return sum / 6;
 }
 
-Volume scanned(const TestFan& fan, const Share& share, const ScannerEcho& echo, std::uint64_t seed) {
+/// What is random in the pictures of a fan. It takes as long to make as all else of a volume, and is shared by
+/// all scanners and surfaces.
+struct Grains {
+  Grains(const TestFan& fan, std::uint64_t seed)
+      : speckle(speckle_of(fan, seed)),
+        noise({.columns = fan.geometry.columns,
+               .rows = fan.geometry.rows,
+               .frames = static_cast<std::uint32_t>(fan.angles_rad.size())},
+              {.columns = 0.5, .rows = 1, .frames = 0.5}, seed + 1) {}
+
+  SpeckleField speckle;
+  SpeckleField noise;  ///< the receiver's, new in each sample
+};
+
+Volume scanned(const TestFan& fan, const Share& share, const ScannerEcho& echo, const Grains& grains) {
   const FanGeometry& geometry = fan.geometry;
-  const SpeckleField speckle = speckle_of(fan, seed);
-  // The receiver's noise is new in each sample.
-  const auto frames = static_cast<std::uint32_t>(fan.angles_rad.size());
-  const SpeckleField noise({geometry.columns, geometry.rows, frames}, {0.5, 1, 0.5}, seed + 1);
   return swept(fan, [&](std::uint32_t frame, double angle_rad, std::span<std::uint8_t> pixels) {
     for (std::uint32_t row = 0; row < geometry.rows; ++row) {
       double lobes = 0;
@@ -92,20 +103,21 @@ Volume scanned(const TestFan& fan, const Share& share, const ScannerEcho& echo, 
         // They change slowly across the lines.
         if (column % 4 == 0) lobes = beside(share, place);
         const double level = echo.grey(share(place.at, place.axes, place.depth_mm), lobes, place.depth_mm,
-                                       speckle.frame(frame)[pixel], noise.frame(frame)[pixel]);
+                                       grains.speckle.frame(frame)[pixel], grains.noise.frame(frame)[pixel]);
         pixels[pixel] = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, 255.0)));
       }
     }
   });
 }
 
-Volume scanned(const TestFan& fan, const KnownSurface& surface, const ScannerEcho& echo, std::uint64_t seed) {
+Volume scanned(const TestFan& fan, const KnownSurface& surface, const ScannerEcho& echo,
+               const Grains& grains) {
   return scanned(
       fan,
       [&](const glm::dvec3& at, const BeamAxes& axes, double depth_mm) {
         return echo.share(surface.below_mm(at), surface.normal(at), axes, depth_mm);
       },
-      echo, seed);
+      echo, grains);
 }
 
 /// Signed errors of what is shown, mm, and the numbers of pixels.
@@ -156,6 +168,7 @@ class ScannedScenes {
   explicit ScannedScenes(const Workbench& bench) : bench_(bench) {}
 
   void measure(const TestFan& fan) {
+    grains_.clear();
     for (const Scanner& scanner : kScanners) {
       for (const TestSurface& surface : test_surfaces()) measure(fan, scanner, surface);
       // Of 7 mm, about the size of a finger.
@@ -171,7 +184,7 @@ class ScannedScenes {
   void measure(const TestFan& fan, const Scanner& scanner, const TestSurface& surface) {
     const std::string name = fmt::format("scanned/{}/{}/{}", scanner.name, surface.name, fan.name);
     if (!bench_.wants(name)) return;
-    add(name, fan, *surface.surface, scanned(fan, *surface.surface, scanner.echo, 3));
+    add(name, fan, *surface.surface, scanned(fan, *surface.surface, scanner.echo, grains(fan, 3)));
   }
 
   void measure_sheet(const TestFan& fan, const Scanner& scanner, double thickness_mm) {
@@ -180,7 +193,11 @@ class ScannedScenes {
     ScannerEcho echo = scanner.echo;
     echo.thickness_mm = thickness_mm;
     const KnownPlane plane({0.07, kSurfaceDepthMm + 0.11, -0.05}, 10, 5);
-    add(name, fan, plane, scanned(fan, plane, echo, 3));
+    add(name, fan, plane, scanned(fan, plane, echo, grains(fan, 3)));
+  }
+
+  const Grains& grains(const TestFan& fan, std::uint64_t seed) {
+    return grains_.try_emplace(seed, fan, seed).first->second;
   }
 
   DepthRig new_rig(const TestFan& fan) const {
@@ -232,7 +249,8 @@ class ScannedScenes {
       ScannerEcho echo = scanner.echo;
       if (!is_tissue) echo.tissue_grey += 90;
       const Volume volume = scanned(
-          fan, [&](const glm::dvec3&, const BeamAxes&, double) { return is_tissue ? 1.0 : 0.0; }, echo, 5);
+          fan, [&](const glm::dvec3&, const BeamAxes&, double) { return is_tissue ? 1.0 : 0.0; }, echo,
+          grains(fan, 5));
       const KnownPlane none({0, 1000, 0}, 0, 0);
       KnownView view = known_views(fan.scanned(), none, Projection::kParallel).front();
       bench_.change(view.scene);
@@ -288,6 +306,7 @@ class ScannedScenes {
   }
 
   const Workbench& bench_;
+  std::map<std::uint64_t, Grains> grains_;  // of the fan that is measured, by seed
 };
 
 }  // namespace

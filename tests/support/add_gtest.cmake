@@ -7,8 +7,8 @@
 # The program writes its results to test_results/NAME.xml of the build folder, which tests/summary reads.
 # SHARDS makes N tests, NAME_1 to NAME_N, of which each runs a part of the cases.
 # TIMEOUT ends a test that hangs; it is generous, because machines are shared.
-# SANITIZED: a test of protocols, which tests/run runs under the sanitizers. In the release build, `tests/run protocols`
-# builds and runs them.
+# SANITIZED: a test of protocols or formats, which tests/run runs under the sanitizers. In the release build, `tests/run
+# protocols` builds and runs them.
 # PROCESSORS counts halves of a processor, of which tests/run gives ctest all: a test computes on one (2), WAITS for
 # its own time limits most of the time (1), or takes two and stands ALONE on a small machine (4).
 function(fanlight_add_gtest target)
