@@ -214,6 +214,7 @@ void PrivateRenderer::take_request(ViewState& state, const Shown& shown) {
   state.scene = requested_scene(state, shown);
   state.stamp.near_tissue = shown.slot.near_tissue_state(state.scene);
   state.stamp.near_end_mm = shown.slot.near_end_mm(state.scene);
+  state.stamp.sample_distances = shown.slot.sample_distances(state.scene);
   state.cast_number = state.wanted.own_camera ? 0 : shown.cast_number;
 }
 

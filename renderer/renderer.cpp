@@ -494,6 +494,7 @@ void Renderer::note_light(SlotState& state) {
                  .levels = state.slot.levels(),
                  .near_tissue = state.slot.near_tissue_state(state.cast_scene.scene),
                  .near_end_mm = state.slot.near_end_mm(state.cast_scene.scene),
+                 .sample_distances = state.slot.sample_distances(state.cast_scene.scene),
                  .view = picture_view(state.cast_scene.scene, size_of(state.cast_scene.scene, config_.size))};
   state.stamp.measures.cheap_filters = scene_in_force().deadline.measures.cheap_filters;
 }

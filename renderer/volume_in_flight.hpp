@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -192,6 +193,12 @@ class VolumeInFlight {
   /// PictureStamp::near_end_mm.
   double near_end_mm(const Scene& scene) const {
     return fanlight::near_end_mm(scene, geometry_, extent_, near_tissue_);
+  }
+  /// PictureStamp::sample_distances.
+  Point sample_distances(const Scene& scene) const {
+    const double frames = std::max(2.0, static_cast<double>(extent_.frames));
+    return geometry_.sample_distances(scene.camera.target,
+                                      (extent_.last_angle_rad - extent_.first_angle_rad) / (frames - 1));
   }
   /// The scene with what it leaves to this volume.
   Scene effective(const Scene& scene) const { return effective(scene, levels_); }

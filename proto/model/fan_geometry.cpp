@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace fanlight {
 
 namespace {
@@ -48,6 +50,13 @@ double FanGeometry::nearest_mm() const {
 }
 double FanGeometry::depth_mm() const {
   return over_frame(*this, kDepth, kLarger);
+}
+
+Point FanGeometry::sample_distances(const Point& at, double frame_step_rad) const {
+  const double depth_mm = fan_coordinate(at.y_mm, at.z_mm).depth_mm;
+  const double across_mm =
+      polar() ? radians(line_pitch_deg) * std::hypot(at.x_mm, depth_mm + probe_radius_mm) : pixel_width_mm;
+  return {across_mm, pixel_height_mm, std::abs(frame_step_rad) * (depth_mm + motor_radius_mm)};
 }
 
 Result<void> check(const FanGeometry& geometry) {

@@ -131,6 +131,10 @@ struct FanGeometry {
   /// Smallest distance of neighbouring pixels in a frame, mm; along the lines for convex ones.
   double finest_mm() const { return polar() ? pixel_height_mm : std::min(pixel_width_mm, pixel_height_mm); }
 
+  /// Distances of neighbouring samples at a point of the body, mm: x across the lines, y along them, z
+  /// between frames that are `frame_step_rad` apart.
+  Point sample_distances(const Point& at, double frame_step_rad) const;
+
   /// phi = atan2(z, y + Rm), rho = hypot(z, y + Rm) - Rm, with Rm = motor_radius_mm.
   FanCoordinate fan_coordinate(double y_mm, double z_mm) const {
     const double from_axis_mm = y_mm + motor_radius_mm;

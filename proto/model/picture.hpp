@@ -72,6 +72,7 @@ struct PictureStamp {
   /// Depth (y) at which the removed near tissue ends, on the line along y through the camera's target; NaN:
   /// it is shown, or that line does not meet it.
   double near_end_mm = std::numeric_limits<double>::quiet_NaN();
+  Point sample_distances;    ///< FanGeometry::sample_distances() at the camera's target
   double surface_share = 0;  ///< of the pixels, those with a surface, 0 to 1
   /// Of these, those whose surface is uncertain and dimmed, 0 to 1: it stands out from the speckle by
   /// little, fills a hole, or is seen from where no beam came. 0 in modes that do not light the surface.

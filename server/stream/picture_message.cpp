@@ -64,6 +64,9 @@ void describe(v1::Picture& message, const Picture& picture) {
   message.set_uncertain_share(stamp.uncertain_share);
   message.set_near_tissue(static_cast<v1::NearTissue>(stamp.near_tissue));
   if (std::isfinite(stamp.near_end_mm)) message.set_near_end_mm(stamp.near_end_mm);
+  const Point& samples = stamp.sample_distances;
+  for (const double distance_mm : {samples.x_mm, samples.y_mm, samples.z_mm})
+    message.add_sample_mm(distance_mm);
   if (stamp.levels.flat) message.mutable_levels()->set_flat(true);
   if (!stamp.levels.known) return;
   v1::EchoLevels& levels = *message.mutable_levels();

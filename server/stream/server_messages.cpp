@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/stream/server_messages.hpp"
 
+#include <random>
+
 #include "proto/base/clock.hpp"
 #include "proto/base/version.hpp"
 #include "server/state/scene_message.hpp"
 #include "server/stream/stream_protocol.hpp"
 
 namespace fanlight {
+
+std::uint64_t ServerMessages::random_id() {
+  std::random_device bits;
+  return std::uint64_t{bits()} << 32 | bits();
+}
 
 v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   v1::ServerMessage message;
@@ -21,6 +28,7 @@ v1::ServerMessage ServerMessages::hello(const SessionIdentity& session) const {
   hello.set_picture_width(description.picture_size.width);
   hello.set_picture_height(description.picture_size.height);
   for (const std::string& note : description.notes) hello.add_notes(note);
+  hello.set_run_id(run_id_);
   hello.set_session_id(session.id);
   hello.set_role(static_cast<v1::Role>(session.principal->role));
   hello.set_name(session.name);

@@ -44,9 +44,12 @@ class ServerMessages {
   v1::ControlState control_state(std::uint64_t session) const;
 
  private:
+  static std::uint64_t random_id();
+
   const ServerState& state_;
   const ControlLease& control_;
   const PictureHub& hub_;
+  const std::uint64_t run_id_ = random_id();  ///< Hello.run_id
 };
 
 SharedMessage serialised(const v1::ServerMessage& message);

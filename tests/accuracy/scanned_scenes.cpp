@@ -78,8 +78,8 @@ double beside(const Share& share, const Place& place) {
   return sum / 6;
 }
 
-/// What is random in the pictures of a fan. It takes as long to make as all else of a volume, and is shared by
-/// all scanners and surfaces.
+/// What is random in the pictures of a fan. It takes as long to make as all else of a volume, and is shared
+/// by all scanners and surfaces.
 struct Grains {
   Grains(const TestFan& fan, std::uint64_t seed)
       : speckle(speckle_of(fan, seed)),

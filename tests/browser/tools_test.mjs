@@ -200,7 +200,7 @@ test("keys set points and notes, and move planes and the sides of the crop box",
     await until(
       "a frozen picture",
       () => viewer.page.locator("#measured").textContent(),
-      (text) => text.startsWith("Click two points"),
+      (text) => text.startsWith("Click the first of two points"),
     );
     await onPicture("ArrowLeft", "Enter", "Shift+ArrowRight", "Enter");
     await until(

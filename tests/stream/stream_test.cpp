@@ -64,6 +64,7 @@ TEST(Stream, SendsAHelloWithTheSceneAndItsFields) {
   EXPECT_EQ(hello.protocol_version(), 2U);
   EXPECT_EQ(hello.source(), "fake:");
   EXPECT_EQ(hello.picture_width(), ServerFixture::kWidth);
+  EXPECT_NE(hello.run_id(), 0U);
   ASSERT_EQ(static_cast<std::size_t>(hello.fields_size()), scene_fields().size());
   EXPECT_EQ(hello.scene().revision(), 1U);
   EXPECT_TRUE(changed_scene(Scene{}, hello.scene().scene()));

@@ -145,6 +145,20 @@ TEST(FanGeometry, LinearLinesLieAsCartesianPixelsDo) {
   EXPECT_DOUBLE_EQ(linear().right_mm(), 31.75);
 }
 
+TEST(FanGeometry, SamplesLieFartherApartWhereLinesAndFramesFanOut) {
+  const FanGeometry flat{.pixel_width_mm = 0.4, .pixel_height_mm = 0.2, .motor_radius_mm = 40};
+  EXPECT_DOUBLE_EQ(flat.sample_distances({7, 60, 0}, 0.001).x_mm, 0.4);
+  EXPECT_DOUBLE_EQ(flat.sample_distances({7, 60, 0}, 0.001).y_mm, 0.2);
+  EXPECT_DOUBLE_EQ(flat.sample_distances({7, 60, 0}, -0.01).z_mm, 1) << "100 mm from the axis";
+  FanGeometry convex = flat;
+  convex.kind = FrameKind::kConvexLines;
+  convex.probe_radius_mm = 20;
+  convex.line_pitch_deg = 1;
+  EXPECT_DOUBLE_EQ(convex.sample_distances({30, 20, 0}, 0.001).x_mm, radians(1) * 50)
+      << "50 mm from the apex";
+  EXPECT_DOUBLE_EQ(convex.sample_distances({0, -20, 0}, 0).x_mm, 0) << "at the apex";
+}
+
 TEST(FanGeometry, BoundsOfConvexLinesHoldAllTheirSamples) {
   FanGeometry geometry = convex();
   const double reach_mm = 40 + 399 * 0.25;

@@ -2,7 +2,7 @@
 // The shapes of the scalpel as the setting cuts.shapes has them (proto/model/cut_list.hpp), from what is drawn over the
 // picture.
 import type { View } from "../generated/fanlight_pb.js";
-import type { Mm } from "./measurement";
+import type { Mm } from "./measuring/figures";
 import type { PagePoint } from "./view_geometry";
 
 /** What the server takes. */

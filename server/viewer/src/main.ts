@@ -151,7 +151,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   shown: () => shown,
   isPreview: () => pictures.surface.isTurned,
   isFrozen: () => cineBar.isStill,
-  isCurrent: () => shown !== undefined && !cineBar.isHeld && editor.isShownBy(shown.sceneRevision),
+  isCurrent: () => shown?.privateView === ownView.isOpen && !cineBar.isHeld && editor.isShownBy(shown.sceneRevision),
   mayFreeze: () => cineBar.mayFreeze,
   freeze: () => cineBar.still(),
   surfaceAt: (pixel) => pictures.surface.pointAt(pixel),

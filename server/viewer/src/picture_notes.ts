@@ -3,7 +3,8 @@
 // the view moves; another keeps its place in the picture.
 import type { View } from "../generated/fanlight_pb.js";
 import { element } from "./element";
-import { pixelOfPoint, type Mm } from "./measurement";
+import type { Mm } from "./measuring/figures";
+import { pixelOfPoint } from "./measuring/surface_path";
 import type { PagePoint, Size } from "./view_geometry";
 
 const kMostNotes = 20;

@@ -5,18 +5,21 @@ import { ClipButton } from "./clip_button";
 import type { CodecChoice } from "./codec_choice";
 import { DepthLegend } from "./depth_legend";
 import { find } from "./element";
-import { Measurement, type Mm } from "./measurement";
+import type { Mm } from "./measuring/figures";
+import { MeasureTool } from "./measuring/measure_tool";
 import { page } from "./page";
 import { PictureNotes } from "./picture_notes";
 import { PlaneOverlay } from "./plane_overlay";
 import { directions, PictureMarks, scaleBar, type Direction, type ScaleBar } from "./picture_marks";
 import type { SettingsEditor } from "./settings_editor";
+import type { PlaneView } from "./plane_through";
 import { Scalpel } from "./scalpel";
+import { shownPlanes, sliceCamera } from "./shown_planes";
 import { saveStill } from "./still";
 import { SurfacePoints } from "./surface_points";
 import { kTomography, planeDirections } from "./tomography";
 import type { Tool } from "./tools";
-import { surfacePart, type PagePoint, type Size } from "./view_geometry";
+import { surfacePart, tidy, type PagePoint, type Size } from "./view_geometry";
 
 const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
 
@@ -30,7 +33,7 @@ function paneNames(): string[] {
 const kPreview = "This is a preview that the display has turned: wait for the picture of the server.";
 
 export class PictureOverlay {
-  readonly measurement: Measurement;
+  readonly measurement: MeasureTool;
   readonly scalpel: Scalpel;
   private readonly points: SurfacePoints;
   readonly clip: ClipButton;
@@ -86,13 +89,19 @@ export class PictureOverlay {
       say,
       failed: from.failed,
     });
-    this.measurement = new Measurement(page.canvas, this.lines, {
+    this.measurement = new MeasureTool(page.canvas, this.lines, {
       isFrozen: () => from.isFrozen(),
       mayFreeze: () => from.mayFreeze(),
       freeze: () => from.freeze(),
       showsSurface: () => kSurfaceModes.includes(this.editor.choice("mode")),
+      planes: (size) => shownPlanes(this.editor.choice("mode"), size, sliceCamera(editor)),
+      isCurrent: () => from.isCurrent(),
+      showPlane: (view) => this.showPlane(view),
+      captured: ({ captureTimeNs }) => from.dateOf(Number(captureTimeNs) / 1e6),
       fullSize: () => this.fullSize(),
-      showsBody: () => this.showsBody,
+      mode: () => this.editor.choice("mode"),
+      targetDepthMm: () => this.editor.number("camera.distance_mm"),
+      view: () => from.drawnView() ?? from.shown()?.view,
       ask: (requestId, pixels) => from.askDepth(requestId, pixels, this.fullSize()),
       say,
     });
@@ -124,12 +133,13 @@ export class PictureOverlay {
   drawn(): void {
     const view = this.from.drawnView() ?? this.from.shown()?.view;
     this.notes.place(this.showsBody ? view : undefined, this.fullSize());
+    this.measurement.draw();
     this.scalpel.viewMayHaveChanged();
   }
 
   /** Call at the start of a session. */
   start(): void {
-    this.measurement.forget();
+    this.measurement.start(this.from.hello()?.runId ?? 0n);
     this.points.forget();
     this.scalpel.cancel();
   }
@@ -168,12 +178,14 @@ export class PictureOverlay {
     this.planes.allow(this.allowed);
     page.openBox.disabled = !this.allowed;
     this.scalpel.allow(this.allowed);
+    this.measurement.allow(this.allowed);
   }
 
   /** The scene has changed. */
   refresh(): void {
     this.planes.draw();
     this.depths.refresh();
+    this.measurement.refresh();
     this.scalpel.refresh();
     this.scalpel.viewMayHaveChanged();
   }
@@ -188,7 +200,8 @@ export class PictureOverlay {
       state: find("#connection", HTMLElement).innerText.trim(),
       volumeId: shown?.volumeId ?? 0n,
       captured: shown && this.from.dateOf(Number(shown.captureTimeNs) / 1e6),
-      measurement: [this.measurement.text(), this.depths.text(), this.scalpel.text()].filter(Boolean).join(" "),
+      said: [this.depths.text(), this.scalpel.text()].filter(Boolean).join(" "),
+      measurements: this.measurement.lines(),
       bar: this.bar(),
       fullWidth: this.fullSize().width,
       notes: this.notes.all(),
@@ -220,6 +233,19 @@ export class PictureOverlay {
   /** Whether the picture has a part that points of the body are drawn on. */
   private get showsBody(): boolean {
     return surfacePart(this.editor.choice("mode"), page.canvas) !== undefined;
+  }
+
+  private showPlane({ target: [x, y, z], yawDeg, pitchDeg, rollDeg }: PlaneView): void {
+    this.editor.set([
+      ["camera.yaw_deg", yawDeg],
+      ["camera.pitch_deg", pitchDeg],
+      ["camera.roll_deg", rollDeg],
+      ["camera.target_x_mm", tidy(x)],
+      ["camera.target_y_mm", tidy(y)],
+      ["camera.target_z_mm", tidy(z)],
+      ["slice.depth_mm", this.editor.number("camera.distance_mm")],
+      ["mode", this.editor.choicesOf("mode").indexOf("slice")],
+    ]);
   }
 
   private showMarks(): void {

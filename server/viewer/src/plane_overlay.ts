@@ -3,7 +3,7 @@
 // crop box with handles in all panes.
 import type { View } from "../generated/fanlight_pb.js";
 import { drawing } from "./element";
-import { pixelOfPoint } from "./measurement";
+import { pixelOfPoint } from "./measuring/surface_path";
 import {
   alongAxisMm,
   boxNear,

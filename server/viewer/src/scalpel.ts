@@ -15,7 +15,7 @@ import {
   type LassoKind,
 } from "./cut_shapes";
 import { drawing, find } from "./element";
-import type { Mm } from "./measurement";
+import type { Mm } from "./measuring/figures";
 import { page } from "./page";
 import type { SettingsEditor } from "./settings_editor";
 import type { SurfaceAnswer } from "./surface_points";

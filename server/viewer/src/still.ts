@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Saves the picture as PNG, with its measurement and notes; and, if wanted, its scale, source and state below it.
+// Saves the picture as PNG, with its measurements and notes; and, if wanted, its scale, source and state below it.
 
-import { kNotForDiagnosis } from "./measurement";
+import { kNotForDiagnosis } from "./measuring/measurement_list";
 import type { PictureNote } from "./picture_notes";
 import { saveFile, timeInName } from "./save_file";
 
@@ -12,7 +12,10 @@ export interface StillFacts {
   volumeId: bigint;
   /** undefined where it is not known. */
   captured: Date | undefined;
-  measurement: string;
+  /** What is said in the foot: depths, cuts. */
+  said: string;
+  /** One line each. */
+  measurements: readonly string[];
   bar: { mm: number; pixels: number } | undefined;
   fullWidth: number;
   notes: readonly PictureNote[];
@@ -41,6 +44,9 @@ export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElemen
   if (overlay.childElementCount > 0) context.drawImage(await imageOf(overlay, canvas), 0, 0);
   if (facts.withFoot) drawPanes(context, canvas, facts);
   drawNotes(context, canvas, facts.notes);
+  const { measurements, withFoot } = facts;
+  const needsSentence = measurements.length > 0 && !withFoot;
+  drawMeasurements(context, canvas, needsSentence ? [...measurements, kNotForDiagnosis] : measurements);
   if (facts.withFoot) drawFoot(context, canvas, facts);
   const blob = await new Promise<Blob | null>((resolve) => copy.toBlob(resolve, "image/png"));
   if (!blob) throw new Error("The browser cannot write this picture.");
@@ -67,6 +73,24 @@ function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
   }
   context.textAlign = "left";
   context.globalAlpha = 1;
+}
+
+/** Above the lower left corner, from the bottom up. */
+function drawMeasurements(
+  context: CanvasRenderingContext2D,
+  canvas: HTMLCanvasElement,
+  lines: readonly string[],
+): void {
+  if (lines.length === 0) return;
+  const unit = unitOf(canvas);
+  context.font = `600 ${13 * unit}px sans-serif`;
+  context.lineWidth = 3 * unit;
+  [context.strokeStyle, context.fillStyle] = ["#000", "#ffe14d"];
+  for (const [index, line] of [...lines].reverse().entries()) {
+    const place = [8 * unit, canvas.height - (10 + 17 * index) * unit, canvas.width - 16 * unit] as const;
+    context.strokeText(line, ...place);
+    context.fillText(line, ...place);
+  }
 }
 
 /** The depth scales of the panes, and the panes' names. */
@@ -109,8 +133,8 @@ function drawFoot(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement, 
   const line = [facts.source, facts.state, `volume ${facts.volumeId}`, timeText(facts)].filter(Boolean).join("   ");
   context.fillText(line, 8, 16, width - 16);
   const barLength = facts.bar ? (facts.bar.pixels * width) / facts.fullWidth : 0;
-  const said = [facts.measurement, facts.measurement.includes(kNotForDiagnosis) ? "" : kNotForDiagnosis];
-  context.fillText(said.filter(Boolean).join(" "), 8, 36, width - barLength - kBarTextWidth);
+  const said = [facts.said, kNotForDiagnosis].filter(Boolean).join(" ");
+  context.fillText(said, 8, 36, width - barLength - kBarTextWidth);
   if (facts.bar) drawBar(context, facts.bar.mm, barLength, width - 8);
   context.restore();
 }

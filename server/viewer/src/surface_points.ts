@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points of the surface that the server has rendered, for a display that does not know them itself.
 import type { DepthReply } from "../generated/fanlight_pb.js";
-import type { Mm } from "./measurement";
+import type { Mm } from "./measuring/figures";
 import type { PagePoint } from "./view_geometry";
 
 /** Undefined where there is no surface. */

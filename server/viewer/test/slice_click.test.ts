@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { SliceClick, slicePoint, type BodyPoint, type SliceCamera } from "../src/slice_click";
+import { SliceClick, slicePoint } from "../src/slice_click";
+import { pixelIn, planeAt, pointAt, shownPlanes, type BodyPoint, type SliceCamera } from "../src/shown_planes";
 
 const size = { width: 800, height: 400 };
 const camera: SliceCamera = {
@@ -125,4 +126,41 @@ test("in a view of one's own the oblique slice is that of the main view", () => 
     ["camera.target_x_mm", "camera.target_y_mm", "camera.target_z_mm", "camera.distance_mm"],
   );
   assert.deepEqual([...sent({ x: 400, y: 200 }, "slice", false)], []);
+});
+
+test("each pixel of a plane is found again at its point, and points beside it are known", () => {
+  const turned = { ...camera, yawDeg: 30, pitchDeg: -20, rollDeg: 12 };
+  for (const [mode, settings] of [
+    ["slices", turned],
+    ["tomography", { ...turned, plane: 3 }],
+    ["tomography", { ...turned, plane: 1 }],
+    ["slice", { ...turned, perspective: true, sliceDepthMm: 70 }],
+  ] as const) {
+    const planes = shownPlanes(mode, size, settings);
+    assert.equal(planes.length, { slices: 3, tomography: 9, slice: 1 }[mode]);
+    for (const pixel of [
+      { x: 120, y: 90 },
+      { x: 333, y: 61 },
+    ]) {
+      const plane = planeAt(pixel, planes)!;
+      const { pixel: again, asideMm } = pixelIn(pointAt(pixel, plane), plane);
+      assert.ok(Math.hypot(again.x - pixel.x, again.y - pixel.y) < 0.1, `${mode}: ${again.x}, ${again.y}`);
+      assert.ok(asideMm < 1e-9);
+    }
+  }
+  const [plane] = shownPlanes("slices", size, camera);
+  assert.equal(pixelIn({ x: 1, y: 80, z: -2 }, plane!).asideMm, 3);
+});
+
+test("the size may be a canvas, whose width and height are no members of its own", () => {
+  class Canvas {
+    get width(): number {
+      return size.width;
+    }
+    get height(): number {
+      return size.height;
+    }
+  }
+  for (const mode of ["slice", "slices", "tomography"])
+    near(slicePoint({ x: 120, y: 90 }, mode, new Canvas(), camera), slicePoint({ x: 120, y: 90 }, mode, size, camera)!);
 });

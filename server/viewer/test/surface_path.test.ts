@@ -3,10 +3,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
 import { ViewSchema } from "../generated/fanlight_pb.js";
-import { distanceOf, distanceText, pathPixels, pixelOfPoint } from "../src/measurement";
+import { pathPixels, pixelOfPoint } from "../src/measuring/surface_path";
 import { directions, scaleBar } from "../src/picture_marks";
-
-const point = (xMm: number, yMm: number, zMm: number, surface = true) => ({ surface, xMm, yMm, zMm });
 
 test("a path has both of its ends, and few points between", () => {
   assert.deepEqual(pathPixels({ x: 3, y: 4 }, { x: 3, y: 4 }), [
@@ -18,25 +16,6 @@ test("a path has both of its ends, and few points between", () => {
   assert.deepEqual(path.at(-1), { x: 30, y: -40 });
   assert.equal(path.length, 18);
   assert.equal(pathPixels({ x: 0, y: 0 }, { x: 8000, y: 0 }).length, 1024);
-});
-
-test("the distance along a half circle is longer than the straight one", () => {
-  const arc = Array.from({ length: 181 }, (_, deg) => {
-    const angle = (deg * Math.PI) / 180;
-    return point(10 * Math.cos(angle), 10 * Math.sin(angle), 7);
-  });
-  const distance = distanceOf(arc)!;
-  assert.ok(Math.abs(distance.straightMm - 20) < 1e-9);
-  assert.ok(Math.abs(distance.alongMm! - 10 * Math.PI) < 0.01);
-  assert.equal(distanceText(distance), "20.0 mm straight, 31.4 mm along the surface. Not for diagnosis.");
-});
-
-test("a path that leaves the surface has no length, and an end off it no distance", () => {
-  const gap = distanceOf([point(0, 0, 0), point(0, 0, 0, false), point(3, 4, 0)])!;
-  assert.deepEqual(gap, { straightMm: 5, alongMm: undefined });
-  assert.match(distanceText(gap), /leaves the surface/);
-  assert.equal(distanceOf([point(0, 0, 0), point(1, 0, 0, false)]), undefined);
-  assert.equal(distanceOf([]), undefined);
 });
 
 // Looking along y from (1, 2, 3): right is x, down is -z; 0.5 mm a pixel, the middle at pixel (100, 50).

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: Apache-2.0
+// Measures on a frozen volume: points of the surface, or of one of the planes, make a distance, an angle, an ellipse or
+// an area. Measurements stay in a list, and are drawn wherever their volume shows their place.
+import type { DepthReply, Picture, View } from "../../generated/fanlight_pb.js";
+import type { PlaneView } from "../plane_through";
+import type { BodyPoint, ShownPlane } from "../shown_planes";
+import { pixelIn, planeAt, pointAt } from "../shown_planes";
+import { picturePixel, surfacePart, type PagePoint, type Size } from "../view_geometry";
+import { kKinds, type Kind, type Mm } from "./figures";
+import { MeasurePanel } from "./measure_panel";
+import { clickedParts, drawnParts, type DrawnMeasurement } from "./measured_drawing";
+import {
+  kNotForDiagnosis,
+  measurementLine,
+  MeasurementList,
+  measurementText,
+  placeSdMm,
+  type Measurement,
+} from "./measurement_list";
+import { kDrawnHeight, pathPixels, pixelOfPoint } from "./surface_path";
+
+const kSurface = "on the surface";
+const kClosePixels = 12; // of the page: a click so near to the first point closes an outline
+const kSamePixels = 3; // of the page: the second click of a double click
+const kInPlaneMm = 0.3; // a point so near to a plane is drawn in it
+const kUnfit: Readonly<Record<Kind, string>> = {
+  distance: "set two points that are apart.",
+  angle: "set its vertex apart from both sides.",
+  ellipse: "set the third point beside the axis, between its ends.",
+  area: "its outline crosses itself, or is too small.",
+};
+
+/** Where a point is drawn; undefined: it is not seen. */
+type Places = (point: Mm) => PagePoint | undefined;
+
+export interface MeasureEvents {
+  isFrozen(): boolean;
+  mayFreeze(): boolean;
+  freeze(): void;
+  showsSurface(): boolean;
+  /** Of the scene, which the picture on show may not show yet. */
+  planes(size: Size): ShownPlane[];
+  /** Whether the picture shows the values of the scene. */
+  isCurrent(): boolean;
+  fullSize(): Size;
+  showPlane(view: PlaneView): void;
+  mode(): string;
+  /** From the view plane to the camera's target. */
+  targetDepthMm(): number;
+  /** Of what is drawn: of the picture, or a preview. */
+  view(): View | undefined;
+  /** When the picture was captured, where that is known. */
+  captured(picture: Picture): Date | undefined;
+  ask(requestId: bigint, pixels: PagePoint[]): void;
+  /** Empty: nothing to say. */
+  say(sentence: string): void;
+}
+
+/** What is clicked so far. */
+interface Pending {
+  kind: Kind;
+  place: string;
+  /** Absent on the surface, whose points the server knows. */
+  plane?: { points: Mm[]; across: Mm; pixelMm: number };
+  /** In shares of the picture's width and height, so that another size of the picture changes nothing. */
+  clicks: PagePoint[];
+}
+
+interface Asked {
+  id: bigint;
+  picture: Picture;
+  pending: Pending;
+  sdMm: Mm;
+}
+
+export class MeasureTool {
+  private readonly list = new MeasurementList();
+  private readonly panel: MeasurePanel;
+  private pending: Pending | undefined;
+  private asked: Asked | undefined; // of the server, which knows the surface
+  private lastId = 0n;
+  private picture: Picture | undefined;
+  private chosen = false;
+  private hinting = false; // what is said is a hint, which may change
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly overlay: SVGSVGElement,
+    private readonly events: MeasureEvents,
+  ) {
+    this.panel = new MeasurePanel(this.list, {
+      kindChosen: () => this.restart(),
+      close: () => this.finish(),
+      takeBack: () => this.takeBack(),
+      wantVolume: () => this.measureVolume(),
+      wantPlane: (view) => this.events.showPlane(view),
+      changed: () => this.draw(),
+    });
+  }
+
+  /** The tool was chosen, or left. */
+  choose(chosen: boolean): void {
+    this.chosen = chosen;
+    this.panel.show(chosen);
+    if (chosen) this.freeze();
+    this.restart();
+  }
+
+  /** Begins a session. `runId`: Hello.run_id. */
+  start(runId: bigint): void {
+    this.pending = this.asked = this.picture = undefined;
+    this.list.startRun(runId);
+    this.draw();
+  }
+
+  /** The picture was frozen, or is live again. */
+  frozenChanged(): void {
+    if (!this.chosen) return;
+    if (!this.events.isFrozen()) this.pending = undefined;
+    this.sayHintAgain();
+    this.draw();
+  }
+
+  /** The scene, or what is drawn of it, has changed. */
+  refresh(): void {
+    this.sayHintAgain();
+    this.draw();
+  }
+
+  clicked(pointer: PagePoint): void {
+    if (!this.events.isFrozen() || !this.picture) {
+      this.freeze();
+      return this.sayHint();
+    }
+    if (this.asked) return this.say("The last measurement is still under way.");
+    if (this.list.isFull) return this.say("There are many measurements already: remove some first.");
+    const pixel = picturePixel(pointer, this.canvas);
+    const plane = planeAt(pixel, this.events.planes(this.canvas));
+    if (!plane && !this.events.showsSurface()) return this.sayHint();
+    if (plane && !this.events.isCurrent())
+      return this.say("These planes are not drawn yet, or this display is on hold: click again.");
+    this.add(pixel, plane);
+  }
+
+  /** Adds a point, begins a measurement with it, or closes an outline. */
+  private add(pixel: PagePoint, plane: ShownPlane | undefined): void {
+    const place = plane ? `in ${plane.name}` : kSurface;
+    const isElsewhere = this.pending !== undefined && this.pending.place !== place;
+    if (isElsewhere) this.pending = undefined;
+    const pending = (this.pending ??= this.begun(place, plane));
+    const { clicks, kind } = pending;
+    const shown = this.canvas.getBoundingClientRect();
+    const share = { x: pixel.x / this.canvas.width, y: pixel.y / this.canvas.height };
+    const apart = (from: PagePoint | undefined) =>
+      from ? Math.hypot((from.x - share.x) * shown.width, (from.y - share.y) * shown.height) : Infinity;
+    const mayClose = kind === "area" && clicks.length >= 3;
+    if (mayClose && apart(clicks[0]) < kClosePixels) return this.finish();
+    if (apart(clicks.at(-1)) < kSamePixels) return mayClose ? this.finish() : undefined;
+    clicks.push(share);
+    if (plane) pending.plane?.points.push(mmOf(pointAt(pixel, plane)));
+    if (clicks.length === kKinds[kind].points) return this.finish();
+    if (isElsewhere) this.say(`All points lie in one plane or on the surface: begun again. ${this.hint()}`);
+    else this.sayHint();
+    this.draw();
+  }
+
+  private begun(place: string, plane: ShownPlane | undefined): Pending {
+    const begun = { kind: this.panel.kind(), place, clicks: [] };
+    if (!plane) return begun;
+    const pixelMm = plane.fieldMm / plane.part.height;
+    return { ...begun, plane: { points: [], across: acrossOf(plane), pixelMm } };
+  }
+
+  answered({ requestId, pictureId, points, refused }: DepthReply): void {
+    const asked = this.asked;
+    if (!asked || requestId !== asked.id) return;
+    this.asked = undefined;
+    if (refused) return this.say(refused.message);
+    if (pictureId !== asked.picture.pictureId) return this.say("The picture has changed. Measure again.");
+    const found = points.map(({ surface, xMm, yMm, zMm }) => (surface ? ([xMm, yMm, zMm] as const) : undefined));
+    const isDistance = asked.pending.kind === "distance";
+    const corners = isDistance ? [found[0], found.at(-1)] : found;
+    if (!corners.every((point) => point !== undefined))
+      return this.say("A point is not on the surface. Click points of the surface.");
+    const isWhole = isDistance && found.every((point) => point !== undefined);
+    this.keep(asked, corners as Mm[], isWhole ? (found as Mm[]) : undefined);
+  }
+
+  /** The picture on show; a measurement belongs to its volume. */
+  show(picture: Picture): void {
+    const isSame = (["volumeId", "sceneRevision", "privateView"] as const).every(
+      (name) => this.picture?.[name] === picture[name],
+    );
+    const isOther = this.picture?.volumeId !== picture.volumeId;
+    this.picture = picture;
+    if (!isSame) this.pending = undefined;
+    if (isOther && this.chosen) this.sayHint();
+    else this.sayHintAgain();
+    this.draw();
+  }
+
+  /** Whether this display may move the planes. */
+  allow(may: boolean): void {
+    this.panel.allowPlanes(may);
+    this.panel.showList(this.picture?.volumeId);
+  }
+
+  /** For a still: one line for each measurement that is drawn, and for each volume. */
+  lines(): string[] {
+    const drawn = this.drawn().map(({ measurement }) => measurement);
+    const volumes = this.list.of(this.picture?.volumeId).filter(({ kind }) => kind === "volume");
+    return [...drawn, ...volumes].map(measurementLine);
+  }
+
+  private say(sentence: string): void {
+    this.hinting = false;
+    this.events.say(sentence);
+  }
+
+  private sayHint(): void {
+    this.say(this.chosen ? this.hint() : "");
+    this.hinting = this.chosen;
+  }
+
+  private sayHintAgain(): void {
+    if (this.hinting) this.sayHint();
+  }
+
+  private restart(): void {
+    this.pending = this.asked = undefined;
+    this.sayHint();
+    this.draw();
+  }
+
+  private takeBack(): void {
+    this.pending?.clicks.pop();
+    this.pending?.plane?.points.pop();
+    if (this.pending?.clicks.length === 0) this.pending = undefined;
+    this.sayHint();
+    this.draw();
+  }
+
+  /** All points are there. */
+  private finish(): void {
+    const { pending, picture } = this;
+    this.pending = undefined;
+    if (!pending || !picture) return;
+    const sdMm = placeSdMm(picture.sampleMm, pending.plane?.pixelMm ?? this.surfacePixelMm(picture));
+    const asked = { id: (this.lastId += 1n), picture, pending, sdMm };
+    if (pending.plane) return this.keep(asked, pending.plane.points);
+    this.asked = asked;
+    const full = this.events.fullSize();
+    const pixels = pending.clicks.map((share) => pixelAt(share, full));
+    const isDistance = pending.kind === "distance";
+    this.events.ask(this.lastId, isDistance ? pathPixels(pixels[0]!, pixels[1]!, full.height) : pixels);
+    this.draw();
+  }
+
+  private keep({ picture, pending, sdMm }: Asked, points: readonly Mm[], path?: readonly Mm[]): void {
+    const captured = this.events.captured(picture);
+    const across = pending.plane?.across ?? forwardOf(picture.view);
+    const made = this.list.add({
+      kind: pending.kind,
+      place: pending.place,
+      points,
+      ...(path && { path }),
+      ...(across && { across }),
+      volumeId: picture.volumeId,
+      ...(captured && { captured }),
+      sdMm,
+    });
+    if (!made) this.say(`These points make no ${kKinds[pending.kind].title.toLowerCase()}: ${kUnfit[pending.kind]}`);
+    else this.sayResult(made, pending);
+    this.draw();
+  }
+
+  private sayResult(made: Measurement, { plane }: Pending): void {
+    const leaves = made.kind === "distance" && !plane && !made.path ? ", the path leaves the surface" : "";
+    this.say(`${measurementText(made)}${leaves}. ${kNotForDiagnosis}`);
+  }
+
+  private measureVolume(): void {
+    const made = this.picture && this.list.addVolume(this.picture.volumeId);
+    this.say(
+      made
+        ? `${measurementText(made)}, ${made.place}. ${kNotForDiagnosis}`
+        : "A volume needs three or more outlines in planes that are parallel and apart from each other.",
+    );
+    this.draw();
+  }
+
+  /** Size in the body, at the target, of a pixel that is clicked on the surface. */
+  private surfacePixelMm({ view }: Picture): number {
+    const fullMm = (view?.mmPerPixel ?? 0) + this.events.targetDepthMm() * (view?.mmPerPixelPerMm ?? 0);
+    return (fullMm * this.events.fullSize().height) / (this.canvas.height || 1);
+  }
+
+  /** A moving surface cannot be measured. */
+  private freeze(): void {
+    if (this.canShow() && !this.events.isFrozen() && this.events.mayFreeze()) this.events.freeze();
+  }
+
+  private canShow(): boolean {
+    return this.events.showsSurface() || this.events.planes(this.canvas).length > 0;
+  }
+
+  private hint(): string {
+    if (!this.canShow()) return "This picture shows nothing to measure. Choose Face, or planes.";
+    if (!this.events.isFrozen())
+      return this.events.mayFreeze()
+        ? "Click a point: the first click freezes the picture."
+        : "Only a picture that is frozen for all displays can be measured: the display in control freezes it.";
+    const { hints } = kKinds[this.panel.kind()];
+    return hints[Math.min(this.pending?.clicks.length ?? 0, hints.length - 1)]!;
+  }
+
+  /** The measurements that the picture shows, in the units of what is drawn. */
+  private drawn(): DrawnMeasurement[] {
+    const planes = this.events.isCurrent() ? this.events.planes(this.canvas) : [];
+    return this.list.of(this.picture?.volumeId).flatMap((measurement) => {
+      const place = measurement.place === kSurface ? this.surfacePlaces() : this.planePlaces(measurement, planes);
+      const parts = place && drawnParts(measurement, place, this.drawnWidth);
+      return parts ? [{ measurement, parts }] : [];
+    });
+  }
+
+  /** Where points are drawn in the plane that shows all of a measurement's; the one in which it was taken comes first. */
+  private planePlaces({ points, place }: Measurement, planes: readonly ShownPlane[]): Places | undefined {
+    const inPlane =
+      (plane: ShownPlane) =>
+      ([x, y, z]: Mm) => {
+        const { pixel, asideMm } = pixelIn({ x, y, z }, plane);
+        const isSeen = asideMm <= kInPlaneMm && planeAt(pixel, [plane]) !== undefined;
+        return isSeen ? times(kDrawnHeight / this.canvas.height, pixel) : undefined;
+      };
+    const holding = planes.filter((plane) => points.every((point) => inPlane(plane)(point)));
+    const shown = holding.find(({ name }) => place === `in ${name}`) ?? holding[0];
+    return shown && inPlane(shown);
+  }
+
+  private surfacePlaces(): Places | undefined {
+    const full = this.events.fullSize();
+    const [part, view] = [surfacePart(this.events.mode(), full), this.events.view()];
+    if (!part || !view) return undefined;
+    return (point) => {
+      const pixel = pixelOfPoint(point, view);
+      if (!pixel || pixel.x < part.left || pixel.y < part.top) return undefined;
+      if (pixel.x >= part.left + part.width || pixel.y >= part.top + part.height) return undefined;
+      // A pixel is drawn at its middle.
+      return times(kDrawnHeight / (full.height || 1), { x: pixel.x + 0.5, y: pixel.y + 0.5 });
+    };
+  }
+
+  /** Lines and texts have one size whatever that of the picture. */
+  private get drawnWidth(): number {
+    const full = this.events.fullSize();
+    return (kDrawnHeight * (full.width || 1)) / (full.height || 1);
+  }
+
+  /** What the picture shows has moved. */
+  draw(): void {
+    const width = this.drawnWidth;
+    this.overlay.setAttribute("viewBox", `0 0 ${width} ${kDrawnHeight}`);
+    const clicks = this.pending?.clicks.map(({ x, y }) => ({ x: x * width, y: y * kDrawnHeight })) ?? [];
+    const underWay = clickedParts(clicks, this.pending?.kind === "area");
+    this.overlay.replaceChildren(...this.drawn().flatMap(({ parts }) => parts), ...underWay);
+    this.panel.underWay(clicks.length);
+    this.panel.showList(this.picture?.volumeId);
+  }
+}
+
+function forwardOf(view: View | undefined): Mm | undefined {
+  return view?.matrix.length === 16 ? [view.matrix[2]!, view.matrix[6]!, view.matrix[10]!] : undefined;
+}
+
+/** At right angles to the plane. */
+function acrossOf({ right, up }: ShownPlane): Mm {
+  return [right.y * up.z - right.z * up.y, right.z * up.x - right.x * up.z, right.x * up.y - right.y * up.x];
+}
+
+function mmOf({ x, y, z }: BodyPoint): Mm {
+  return [x, y, z];
+}
+
+function times(factor: number, { x, y }: PagePoint): PagePoint {
+  return { x: factor * x, y: factor * y };
+}
+
+function pixelAt({ x, y }: PagePoint, { width, height }: Size): PagePoint {
+  const within = (at: number, size: number) => Math.min(size - 1, Math.max(0, Math.floor(at * size)));
+  return { x: within(x, width), y: within(y, height) };
+}

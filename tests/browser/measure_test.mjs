@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests measurements in planes and on the surface in Chromium against the real server, by mouse and keys.
+// Variables: see viewer_test.mjs.
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { test } from "node:test";
+import AxeBuilder from "@axe-core/playwright";
+import { until } from "./viewer_page.mjs";
+import { withPage } from "./with_page.mjs";
+
+const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
+
+/** The place on the page of shares of the picture's width and height. */
+async function placeOf(viewer, right, down) {
+  const { x, y, width, height } = await viewer.page.locator("#picture").boundingBox();
+  return [x + right * width, y + down * height];
+}
+
+async function clickAt(viewer, places) {
+  for (const [right, down] of places) await viewer.page.mouse.click(...(await placeOf(viewer, right, down)));
+}
+
+const listed = (viewer) => viewer.page.locator("#measurement-list li").allInnerTexts();
+
+async function listHas(viewer, count) {
+  const all = await until(
+    `${count} measurements`,
+    () => listed(viewer),
+    (items) => items.length === count,
+  );
+  return all.at(-1);
+}
+
+async function begin(viewer, panes) {
+  await viewer.firstPicture();
+  await viewer.page.keyboard.press(panes);
+  await viewer.page.keyboard.press("m");
+  await until(
+    "a frozen picture",
+    () => viewer.page.locator("#measured").textContent(),
+    (text) => text.startsWith("Click the first of two points"),
+  );
+  await viewer.settled();
+}
+
+/** Millimetres of the picture's height. */
+async function heightMm(viewer, panes) {
+  return panes * (await viewer.field("camera.field_mm"));
+}
+
+test("a volume is measured by outlines in parallel planes, and goes to a file and a still", async () => {
+  await withPage("measured-volume", kStillSource, async (viewer) => {
+    await begin(viewer, "9");
+    await viewer.page.locator("#tomography-step").selectOption("5");
+    await viewer.settled();
+    await viewer.page.locator("#measure-kind").selectOption("area");
+    // The same square in the middle pane of each row: planes 1, 4 and 7 lie 15 mm apart.
+    const [half, third] = [0.08, 1 / 3];
+    for (const row of [0, 1, 2]) {
+      const down = (row + 0.5) * third;
+      const corners = [
+        [0.5 - half, down - half],
+        [0.5 + half, down - half],
+        [0.5 + half, down + half],
+        [0.5 - half, down + half],
+      ];
+      await clickAt(viewer, corners);
+      if (row === 0) await viewer.page.locator("#close-outline").click();
+      else await clickAt(viewer, [corners[0]]); // the first point closes it too
+      await listHas(viewer, row + 1);
+    }
+    const { width, height } = await viewer.page.locator("#picture").boundingBox();
+    const sideMm = 2 * half * (await heightMm(viewer, 3));
+    const areaMm2 = sideMm ** 2 * (width / height);
+    const area = Number(/([\d.]+) ± [\d.]+ cm² flat area/.exec((await listed(viewer))[0])[1]) * 100;
+    assert.ok(Math.abs(area / areaMm2 - 1) < 0.03, `${area} mm², not ${areaMm2}`);
+
+    await viewer.page.locator("#measure-volume").click();
+    const volume = Number(/([\d.]+) ± [\d.]+ cm³/.exec(await listHas(viewer, 4))[1]);
+    const trueCm3 = (areaMm2 * 45) / 1000;
+    assert.ok(Math.abs(volume / trueCm3 - 1) < 0.03, `${volume} cm³, not ${trueCm3}`);
+
+    await viewer.page.locator("#measurement-list input").last().fill("Cyst");
+    await viewer.page.locator("#measurement-list input").last().press("Enter");
+    await viewer.screenshot("measured-volume-list");
+    const { violations } = await new AxeBuilder({ page: viewer.page })
+      .setLegacyMode(true) // see controls_test.mjs
+      .withTags(["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"])
+      .include("#measurements")
+      .include("#measuring")
+      .analyze();
+    assert.deepEqual(
+      violations.map(({ id }) => id),
+      [],
+    );
+
+    const download = viewer.page.waitForEvent("download");
+    await viewer.page.locator("#save-measurements").click();
+    const rows = (await readFile(await (await download).path(), "utf8")).trim().split("\r\n");
+    assert.equal(rows.length, 1 + 3 * 2 + 1);
+    assert.match(rows.at(-1), /^Cyst,volume,volume,[\d.]+,cm3,[\d.]+,"of the outlines 1, 2, 3",\d+,/);
+    const still = viewer.page.waitForEvent("download");
+    await viewer.page.keyboard.press("s");
+    assert.match((await still).suggestedFilename(), /\.png$/);
+
+    await viewer.page.locator("#measurement-list button").first().click();
+    await listHas(viewer, 3);
+    await viewer.page.locator("#forget-measurements").click();
+    assert.equal((await listed(viewer)).length, 3, "the first click asks");
+    await viewer.page.locator("#forget-measurements").click();
+    assert.equal(await viewer.page.locator("#measurements").isVisible(), false);
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+test("distances, angles and ellipses are measured in a plane, which shows them, and on the surface", async () => {
+  await withPage("measured-planes", kStillSource, async (viewer) => {
+    await begin(viewer, "4");
+    const fieldMm = await heightMm(viewer, 1);
+    const { width, height } = await viewer.page.locator("#picture").boundingBox();
+    const mmPerHeight = 2 * fieldMm;
+    // Plane A is at the upper left.
+    await clickAt(viewer, [
+      [0.15, 0.2],
+      [0.15, 0.4],
+    ]);
+    const distance = Number(/([\d.]+) ± /.exec(await listHas(viewer, 1))[1]);
+    assert.ok(Math.abs(distance - 0.2 * mmPerHeight) < 0.5, `${distance} mm, not ${0.2 * mmPerHeight}`);
+    await viewer.page.locator("#measure-kind").selectOption("angle");
+    // A point in another plane begins again; then three points in plane A.
+    await clickAt(viewer, [
+      [0.7, 0.2],
+      [0.1, 0.1],
+    ]);
+    assert.match(await viewer.page.locator("#measured").textContent(), /begun again/);
+    await viewer.page.locator("#take-back").click();
+    const [right, down] = [0.1, (0.1 * width) / height];
+    await clickAt(viewer, [
+      [0.1 + right, 0.1],
+      [0.1, 0.1],
+      [0.1, 0.1 + down],
+    ]);
+    assert.match(await listHas(viewer, 2), /(89|90)\.\d ± [\d.]+°/);
+    await viewer.page.locator("#measure-kind").selectOption("ellipse");
+    const picture = viewer.page.locator("#picture");
+    await picture.focus();
+    // By keys: the cross begins in the middle, and is moved into plane A.
+    const steps = (key, count) => Array.from({ length: count }, () => key);
+    const keys = ["ArrowLeft", ...steps("Shift+ArrowLeft", 2), ...steps("Shift+ArrowUp", 2), "Enter"];
+    for (const key of [...keys, "Shift+ArrowLeft", "Enter", "ArrowRight", "ArrowRight", "ArrowUp", "ArrowUp", "Enter"])
+      await picture.press(key);
+    assert.match(await listHas(viewer, 3), /mm circumference\s.* c?m?m² area/);
+    const shown = () => viewer.page.locator("#measurement text").allTextContents();
+    assert.equal((await shown()).length, 3);
+    await viewer.screenshot("measured-planes-list");
+
+    // Another plane: what was measured is not in it. The list keeps it.
+    await viewer.page.locator('#planes [aria-label^="Plane A"]').first().focus();
+    await viewer.page.keyboard.press("Shift+ArrowRight");
+    await until("no measurement in another plane", shown, (texts) => texts.length === 0);
+    assert.equal((await listed(viewer)).length, 3);
+    // The plane through both points of the distance shows it again, at right angles to plane A.
+    await viewer.page.locator("#measurement-list button.wide").click();
+    await until("the distance in its plane", shown, (texts) => texts.length === 1 && texts[0].startsWith("1: "));
+    assert.equal(await viewer.page.locator("#picture").getAttribute("aria-busy"), "false");
+    await viewer.screenshot("measured-plane-through");
+    await viewer.page.locator("#reset-view").click();
+    await viewer.page.keyboard.press("1");
+    await viewer.settled();
+    await viewer.page.locator("#measure-kind").selectOption("angle");
+    await clickAt(viewer, [
+      [0.4, 0.5],
+      [0.5, 0.5],
+      [0.5, 0.4],
+    ]);
+    assert.match(await listHas(viewer, 4), /on the surface\s+[\d.]+ ± [\d.]+°/);
+    await viewer.page.locator("#measure-kind").selectOption("area");
+    await clickAt(viewer, [
+      [0.4, 0.4],
+      [0.6, 0.4],
+      [0.5, 0.6],
+    ]);
+    await viewer.page.mouse.dblclick(...(await placeOf(viewer, 0.45, 0.55)));
+    assert.match(await listHas(viewer, 5), /cm² flat area/);
+    await viewer.screenshot("measured-surface-list");
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
