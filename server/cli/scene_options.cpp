@@ -107,7 +107,12 @@ std::vector<const SceneField*> SceneOptions::given() const {
 
 Result<Scene> SceneOptions::with_preset(Scene scene) const {
   if (preset_.empty()) return scene;
-  const auto known = std::ranges::find(presets(), preset_, &Preset::name);
+  // The page writes their names with a capital.
+  const auto lower = [](char letter) {
+    return letter >= 'A' && letter <= 'Z' ? letter + ('a' - 'A') : +letter;
+  };
+  const auto known = std::ranges::find_if(
+      presets(), [&](const Preset& preset) { return std::ranges::equal(preset_, preset.name, {}, lower); });
   if (known != presets().end()) {
     apply_preset(scene, *known);
     return scene;

@@ -134,6 +134,9 @@ test("distances, angles and ellipses are measured in a plane, which shows them, 
     ]);
     assert.match(await viewer.page.locator("#measured").textContent(), /begun again/);
     await viewer.page.locator("#take-back").click();
+    await clickAt(viewer, [[0.1, 0.3]]);
+    await viewer.page.locator("#picture").press("Escape");
+    assert.equal(await viewer.page.locator("#take-back").isVisible(), false);
     const [right, down] = [0.1, (0.1 * width) / height];
     await clickAt(viewer, [
       [0.1 + right, 0.1],

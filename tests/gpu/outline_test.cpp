@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "proto/model/scene.hpp"
+#include "renderer/passes/pixel_rect.hpp"
 #include "tests/support/cpu_twin.hpp"
 
 namespace fanlight::test {
@@ -82,6 +84,11 @@ TEST(Outline, ShowsTheCoverageOfStraightOutlinesAtEachAngle) {
     EXPECT_GT(stairs / count, 0.2) << "the test measures nothing";
     EXPECT_LT(smooth, 0.4 * stairs) << "mean error " << smooth / count << ", with stairs " << stairs / count;
   }
+}
+
+TEST(Outline, ReachesTheNextTilesAtMost) {
+  // cleanup_tiles.comp looks no farther.
+  EXPECT_LE(find_scene_field("finish.outline")->maximum, kTileSide);
 }
 
 TEST(Outline, LeavesAnOutlineAlongThePixels) {

@@ -167,7 +167,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
 const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool));
 const sliceClick = new SliceClick(editor, page.canvas, movesRays);
 const clicked = (pointer: PagePoint) => void (overlay.clicked(pointer) || sliceClick.clicked(pointer));
-new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked, overlay.scalpel);
+new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked, overlay.strokes);
 const quickPanel: QuickPanel = new QuickPanel(editor, effects, light, {
   fields: () => hello?.fields ?? [],
   ask: (wish, withCuts) => connection.send({ case: "preset", value: { requestId: 0n, wish, withCuts } }),

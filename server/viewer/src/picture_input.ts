@@ -19,6 +19,7 @@ export interface Strokes {
   begin(pointer: PagePoint): void;
   move(pointer: PagePoint): void;
   end(): void;
+  /** Gives up what was begun, also by clicks. */
   cancel(): void;
 }
 
@@ -157,7 +158,7 @@ export class PictureInput {
       "-": () => this.orbit.zoom(kZoomPerNotch),
       Home: () => this.orbit.reset(),
       ...(takesPlaces ? { Enter: () => this.cursor.click() } : {}),
-      ...(this.tool() === "cut" ? { Escape: () => this.cut?.cancel() } : {}),
+      ...(["cut", "measure"].includes(this.tool()) ? { Escape: () => this.cut?.cancel() } : {}),
     };
   }
 }

@@ -8,6 +8,7 @@ import { find } from "./element";
 import type { Mm } from "./measuring/figures";
 import { MeasureTool } from "./measuring/measure_tool";
 import { page } from "./page";
+import type { Strokes } from "./picture_input";
 import { PictureNotes } from "./picture_notes";
 import { PlaneOverlay } from "./plane_overlay";
 import { directions, PictureMarks, scaleBar, type Direction, type ScaleBar } from "./picture_marks";
@@ -35,6 +36,15 @@ const kPreview = "This is a preview that the display has turned: wait for the pi
 export class PictureOverlay {
   readonly measurement: MeasureTool;
   readonly scalpel: Scalpel;
+  readonly strokes: Strokes = {
+    begin: (pointer) => this.scalpel.begin(pointer),
+    move: (pointer) => this.scalpel.move(pointer),
+    end: () => this.scalpel.end(),
+    cancel: () => {
+      this.scalpel.cancel();
+      if (this.tool === "measure") this.measurement.cancel();
+    },
+  };
   private readonly points: SurfacePoints;
   readonly clip: ClipButton;
   private readonly notes: PictureNotes;

@@ -106,6 +106,11 @@ export class MeasureTool {
     this.restart();
   }
 
+  /** Gives up what is under way. */
+  cancel(): void {
+    this.restart();
+  }
+
   /** Begins a session. `runId`: Hello.run_id. */
   start(runId: bigint): void {
     this.pending = this.asked = this.picture = undefined;
