@@ -143,8 +143,8 @@ Result<Scene> SceneOptions::with_preset(Scene scene) const {
   return changed;
 }
 
-Result<Scene> SceneOptions::applied_to(Scene unchanged) const {
-  auto with = with_preset(std::move(unchanged));
+Result<Scene> SceneOptions::applied_to(const Scene& unchanged) const {
+  auto with = with_preset(unchanged);
   if (!with) return with;
   Scene scene = *with;
   if (!look_.empty()) {

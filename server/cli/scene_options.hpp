@@ -28,7 +28,7 @@ class SceneOptions {
 
   /// The scene with the given options applied: the preset first, then the look, then the fields. Errors: a
   /// value that is not allowed, a preset that is not known or cannot be read.
-  Result<Scene> applied_to(Scene scene) const;
+  Result<Scene> applied_to(const Scene& unchanged) const;
 
  private:
   Result<Scene> with_preset(Scene scene) const;
