@@ -21,7 +21,7 @@ namespace fanlight::test {
 namespace {
 
 constexpr std::int64_t kColdNs = 1'000'000'000;
-constexpr std::uint64_t kVolumes = 200;
+constexpr std::uint64_t kVolumes = 120;
 constexpr std::uint64_t kPicturesOfAScene = 8;
 
 /// Scenes that together run every shader. When one is shown for the first time, its pipelines are built and
