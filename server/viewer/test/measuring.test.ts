@@ -194,7 +194,7 @@ test("the file has a line for each figure, and nothing that a spreadsheet comput
     `"'=1+1,""a""",distance,straight,5.000,mm,0.274,in plane A,7,0,1970-01-01T00:00:00.000Z,"0.00 0.00 0.00; 3.00 4.00 0.00",Not for diagnosis.`,
   );
   assert.match(along!, /along the surface,7.000,mm/);
-  for (const name of ["-2+3", "@a", "+1"]) {
+  for (const name of ["-2+3", "-2-3", "@a", "+1"]) {
     list.rename(id, name);
     assert.ok(csvOf(list.all()).includes(`\r\n'${name},`), name);
   }

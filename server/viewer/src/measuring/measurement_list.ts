@@ -125,7 +125,6 @@ export function measurementLine({ name, kind, figures }: Measurement): string {
   return `${name} ${kindTitle(kind)}: ${measurementText({ figures: figures.slice(0, 2) })}`;
 }
 
-const kPoints = /^[-\d. ;]+$/;
 const kColumns =
   "name,kind,figure,value,unit,standard_deviation,place,volume_id,run_id,captured,points_mm_transducer_frame,note";
 
@@ -134,7 +133,7 @@ export function csvOf(measurements: readonly Measurement[]): string {
   const lines = measurements.flatMap((of) =>
     of.figures.map(({ name, value, unit, uncertainty }) =>
       [
-        of.name,
+        notFormula(of.name),
         kindTitle(of.kind).toLowerCase(),
         name,
         value.toFixed(3),
@@ -154,8 +153,11 @@ export function csvOf(measurements: readonly Measurement[]): string {
   return `\ufeff${[kColumns, ...lines, ""].join("\r\n")}`;
 }
 
-/** A spreadsheet takes what begins with one of these for a formula, but for numbers. */
+/** A spreadsheet takes what begins with one of these for a formula. */
+function notFormula(text: string): string {
+  return /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
+}
+
 function cell(text: string): string {
-  const safe = /^[=+\-@\t\r]/.test(text) && !/^-?[\d.]+$/.test(text) && !kPoints.test(text) ? `'${text}` : text;
-  return /[",\r\n;]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
+  return /[",\r\n;]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }
