@@ -254,7 +254,7 @@ test("a turned picture is a preview until the server has cast it", async () => {
     server.send("SIGCONT");
     await viewer.settled();
     await settled(viewer);
-    assert.equal(await viewer.page.locator("#rendering").isVisible(), false);
+    await viewer.page.locator("#rendering").waitFor({ state: "hidden" });
     await alike(viewer, "the cast", kWhole, ({ mean }) => mean < kMostMean);
     const cast = await viewer.greyLevels();
     const [jump, way] = [difference(turned, cast), difference(before, cast)];

@@ -98,7 +98,7 @@ const changes: SceneChanges = new SceneChanges(connection, {
   failed: showRefusal,
 });
 const editor: SettingsEditor = new SettingsEditor({
-  edited: (before, after) => quickPanel.edited(before, after),
+  edited: (...change) => quickPanel.edited(...change),
   send: (requestId, values) => changes.send(requestId, values),
   paceMs: (names) => changes.paceMs(names),
   changed: showScene,

@@ -118,8 +118,8 @@ export class QuickPanel {
     if (changed) this.refresh();
   }
 
-  edited(before: Values, after: Values): void {
-    this.history.add(before, after, performance.now());
+  edited(before: Values, after: Values, gesture?: object): void {
+    this.history.add(before, after, performance.now(), gesture);
   }
 
   undo(): void {

@@ -53,7 +53,7 @@ interface Lasso {
 
 /** Balls that are cut one after the other with one movement. */
 interface Stroke {
-  /** What was cut before. */
+  /** What was cut before its first ball. */
   base: string;
   view: View;
   centres: Mm[];
@@ -285,10 +285,11 @@ export class Scalpel {
   }
 
   private eraseAt(stroke: Stroke, radiusMm: number, places: PagePoint[], points: SurfaceAnswer | undefined): void {
-    // Others have cut meanwhile, or this was taken back.
-    const written = cutsOf(stroke.base).length + (stroke.centres.length > 0 ? 1 : 0);
-    if (!points || cutsOf(this.editor.text(kField)).length !== written) return;
     const before = stroke.centres.length;
+    if (before === 0) stroke.base = this.editor.text(kField);
+    // Others have cut meanwhile, or this was taken back.
+    const written = cutsOf(stroke.base).length + (before > 0 ? 1 : 0);
+    if (!points || cutsOf(this.editor.text(kField)).length !== written) return;
     places.forEach((place, index) => {
       const point = points[index];
       const depthMm = point && depthOf(point, stroke.view);
@@ -298,14 +299,15 @@ export class Scalpel {
       if (stroke.depthMm === undefined) return;
       stroke.centres.push(isBehind || !point ? pointAt(place, stroke.depthMm, stroke.view) : point);
     });
-    if (stroke.centres.length > before) this.add(stroke.base, ballsCut(radiusMm, stroke.centres));
+    if (stroke.centres.length > before) this.add(stroke.base, ballsCut(radiusMm, stroke.centres), stroke);
     else if (before === 0) this.events.failed("There is no surface here to cut away.");
   }
 
-  private add(base: string, cut: string): void {
+  /** `gesture`: see SettingsEditor.set(). Answers for a stroke arrive after the hand is lifted, too. */
+  private add(base: string, cut: string, gesture?: object): void {
     const shapes = withCut(base, cut);
     if (shapes === undefined) return this.events.failed("There is no room for another cut: undo one, or restore all.");
-    this.editor.set([[kField, shapes]]);
+    this.editor.set([[kField, shapes]], gesture);
   }
 
   private draw(): void {

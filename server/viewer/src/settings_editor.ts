@@ -10,8 +10,8 @@ export interface SettingsEditorEvents {
   changed(): void;
   refused(sentence: string): void;
   accepted(): void;
-  /** The user has changed values: those before, and those set. */
-  edited?(before: Values, after: Values): void;
+  /** The user has changed values: those before, and those set. `gesture`: as given to set(). */
+  edited?(before: Values, after: Values, gesture?: object): void;
   /** How long to wait from the last change to one of these settings, ms. */
   paceMs?(names: readonly string[]): number;
 }
@@ -98,10 +98,11 @@ export class SettingsEditor {
     return !this.isChanging() && revision >= this.revision;
   }
 
-  set(values: Iterable<readonly [string, Value]>): void {
+  /** `gesture`: changes with the same one are undone together. */
+  set(values: Iterable<readonly [string, Value]>, gesture?: object): void {
     if (!this.running) return;
     const wanted = new Map(values);
-    this.noteEdit(wanted);
+    this.noteEdit(wanted, gesture);
     this.restore(wanted);
   }
 
@@ -146,7 +147,7 @@ export class SettingsEditor {
     this.events.changed();
   }
 
-  private noteEdit(wanted: Values): void {
+  private noteEdit(wanted: Values, gesture: object | undefined): void {
     const changed = [...wanted].filter(([name, value]) => this.get(name) !== value && this.get(name) !== undefined);
     if (changed.length === 0) return;
     // With a size in samples the one in mm changes at the server, and the other way round.
@@ -155,7 +156,7 @@ export class SettingsEditor {
       const value = this.get(name);
       return value === undefined ? [] : [[name, value] as const];
     });
-    this.events.edited?.(new Map(before), new Map(changed));
+    this.events.edited?.(new Map(before), new Map(changed), gesture);
   }
 
   private answered(requestId: bigint): boolean {

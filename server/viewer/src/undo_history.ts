@@ -9,22 +9,26 @@ interface Change {
   before: Values;
   after: Values;
   lastMs: number;
+  gesture?: object | undefined;
 }
 
 export class UndoHistory {
   private readonly done: Change[] = [];
   private readonly undone: Change[] = [];
 
-  /** `before`: the values that `after` replaces. */
-  add(before: Values, after: Values, nowMs: number): void {
+  /**
+   * `before`: the values that `after` replaces. `gesture`: changes with the same one are one change, however long it
+   * takes and also after endGesture().
+   */
+  add(before: Values, after: Values, nowMs: number, gesture?: object): void {
     this.undone.length = 0;
     const last = this.done.at(-1);
-    if (last && nowMs - last.lastMs < kOneGestureMs && sameNames(last.after, after)) {
+    if (last && sameNames(last.after, after) && isOneChange(last, nowMs, gesture)) {
       last.after = new Map(after);
       last.lastMs = nowMs;
       return;
     }
-    this.done.push({ before: new Map(before), after: new Map(after), lastMs: nowMs });
+    this.done.push({ before: new Map(before), after: new Map(after), lastMs: nowMs, gesture });
     if (this.done.length > kMost) this.done.shift();
   }
 
@@ -67,6 +71,10 @@ export class UndoHistory {
     if (change) this.done.push({ ...change, lastMs: -Infinity });
     return change?.after;
   }
+}
+
+function isOneChange(last: Change, nowMs: number, gesture: object | undefined): boolean {
+  return gesture || last.gesture ? gesture === last.gesture : nowMs - last.lastMs < kOneGestureMs;
 }
 
 function sameNames(a: ReadonlyMap<string, Value>, b: ReadonlyMap<string, Value>): boolean {

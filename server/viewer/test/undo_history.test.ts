@@ -33,6 +33,19 @@ test("a hand that is lifted ends a change", () => {
   assert.deepEqual(history.undo(), values(1));
 });
 
+test("what belongs to a gesture is one change, also after the hand was lifted", () => {
+  const history = new UndoHistory();
+  const [stroke, another] = [{}, {}];
+  history.add(values(1), values(2), 0, stroke);
+  history.endGesture();
+  history.add(values(2), values(3), 5000, stroke);
+  history.add(values(3), values(4), 5001, another);
+  history.add(values(4), values(5), 5002);
+  assert.deepEqual(history.undo(), values(4));
+  assert.deepEqual(history.undo(), values(3));
+  assert.deepEqual(history.undo(), values(1));
+});
+
 test("changes of other fields, or later ones, are their own", () => {
   const history = new UndoHistory();
   history.add(values(1), values(2), 0);
