@@ -56,6 +56,8 @@ int run(int argc, char** argv) {
       {"record", fanlight::add_record_command(program)},
       {"recover", fanlight::add_recover_command(program)},
       {"convert", fanlight::add_convert_command(program)},
+      {"send", fanlight::add_send_command(program)},
+      {"worklist", fanlight::add_worklist_command(program)},
       {"help", fanlight::add_help_command(program)},
       {"version", fanlight::add_version_command(program)},
       {"man", fanlight::add_man_command(program)},

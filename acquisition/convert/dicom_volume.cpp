@@ -3,7 +3,6 @@
 
 #include <dcmtk/config/osconfig.h>
 #include <dcmtk/dcmdata/dcostrmb.h>
-#include <dcmtk/dcmdata/dctk.h>
 #include <dcmtk/dcmdata/dcuid.h>
 #include <dcmtk/dcmdata/dcwcache.h>
 #include <fmt/chrono.h>
@@ -17,57 +16,11 @@
 #include "acquisition/convert/new_file.hpp"
 #include "acquisition/replay/dicom_file.hpp"
 #include "acquisition/source/printable.hpp"
+#include "proto/dicom/dataset_fields.hpp"
 
 namespace fanlight {
 
 namespace {
-
-/// Fills an item. The first failure stays in `failed`.
-class Fields {
- public:
-  Fields(DcmItem& item, bool& failed) : item_(item), failed_(failed) {}
-
-  void text(const DcmTagKey& key, const std::string& value) {
-    put(item_.putAndInsertString(key, value.c_str()));
-  }
-  void empty(const DcmTagKey& key) { put(item_.insertEmptyElement(key)); }
-  void whole(const DcmTagKey& key, std::uint32_t value) {
-    put(item_.putAndInsertUint16(key, static_cast<Uint16>(value)));
-  }
-  void index(const DcmTagKey& key, Uint32 value) { put(item_.putAndInsertUint32Array(key, &value, 1)); }
-  void tag(const DcmTagKey& key, const DcmTagKey& value) { put(item_.putAndInsertTagKey(key, value)); }
-  template <std::size_t kCount>
-  void numbers(const DcmTagKey& key, const std::array<double, kCount>& values) {
-    put(item_.putAndInsertFloat64Array(key, values.data(), kCount));
-  }
-  void bytes(const DcmTagKey& key, const std::vector<std::uint8_t>& values) {
-    put(item_.putAndInsertUint8Array(key, values.data(), values.size()));
-  }
-  /// The item of a sequence, a new one.
-  Fields item(const DcmTagKey& key) {
-    constexpr signed long kNew = -2;
-    DcmItem* made = nullptr;
-    put(item_.findOrCreateSequenceItem(key, made, kNew));
-    return {made != nullptr ? *made : item_, failed_};
-  }
-  void code(const DcmTagKey& key, const char* value, const char* scheme, const char* meaning) {
-    Fields of = item(key);
-    of.text(DCM_CodeValue, value);
-    of.text(DCM_CodingSchemeDesignator, scheme);
-    of.text(DCM_CodeMeaning, meaning);
-  }
-
- private:
-  void put(const OFCondition& done) { failed_ = failed_ || done.bad(); }
-
-  DcmItem& item_;
-  bool& failed_;
-};
-
-std::string new_uid(const char* root) {
-  std::array<char, 128> uid{};
-  return dcmGenerateUniqueIdentifier(uid.data(), root);
-}
 
 std::string date_time(std::int64_t utc_s) {
   return fmt::format("{:%Y%m%d%H%M%S}", fmt::gmtime(static_cast<std::time_t>(utc_s)));
@@ -78,15 +31,11 @@ std::string decimal(double value) {
   return fmt::format("{:.9g}", value);
 }
 
-/// No patient is known. Type 2 fields must be there, and may be empty.
-void add_patient_and_study(Fields& fields, const std::string& now, const std::string& acquired) {
-  for (const DcmTagKey& key :
-       {DCM_PatientName, DCM_PatientID, DCM_PatientBirthDate, DCM_PatientSex, DCM_ReferringPhysicianName,
-        DCM_StudyID, DCM_AccessionNumber, DCM_PositionReferenceIndicator, DCM_AcquisitionContextSequence,
-        DCM_Laterality, DCM_PatientOrientation})
+void add_study(DicomFields& fields, const std::string& now, const std::string& acquired) {
+  for (const DcmTagKey& key : {DCM_PositionReferenceIndicator, DCM_AcquisitionContextSequence, DCM_Laterality,
+                               DCM_PatientOrientation})
     fields.empty(key);
-  fields.text(DCM_StudyInstanceUID, new_uid(SITE_STUDY_UID_ROOT));
-  fields.text(DCM_SeriesInstanceUID, new_uid(SITE_SERIES_UID_ROOT));
+  fields.text(DCM_SeriesInstanceUID, new_dicom_uid(SITE_SERIES_UID_ROOT));
   fields.text(DCM_SeriesNumber, "1");
   fields.text(DCM_InstanceNumber, "1");
   fields.text(DCM_Modality, "US");
@@ -102,10 +51,10 @@ void add_patient_and_study(Fields& fields, const std::string& now, const std::st
   fields.text(DCM_SoftwareVersions, "Fanlight");
 }
 
-void add_space(Fields& fields, const FanGeometry& geometry) {
-  fields.text(DCM_FrameOfReferenceUID, new_uid(SITE_INSTANCE_UID_ROOT));
-  fields.text(DCM_VolumeFrameOfReferenceUID, new_uid(SITE_INSTANCE_UID_ROOT));
-  fields.text(DCM_SynchronizationFrameOfReferenceUID, new_uid(SITE_INSTANCE_UID_ROOT));
+void add_space(DicomFields& fields, const FanGeometry& geometry) {
+  fields.text(DCM_FrameOfReferenceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
+  fields.text(DCM_VolumeFrameOfReferenceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
+  fields.text(DCM_SynchronizationFrameOfReferenceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
   fields.text(DCM_SynchronizationTrigger, "NO TRIGGER");
   fields.text(DCM_AcquisitionTimeSynchronized, "N");
   fields.text(DCM_UltrasoundAcquisitionGeometry, "APEX");
@@ -115,7 +64,7 @@ void add_space(Fields& fields, const FanGeometry& geometry) {
   fields.numbers<16>(DCM_VolumeToTransducerMappingMatrix, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
 }
 
-void add_image(Fields& fields, const GridVolume& grid, const DicomSource& source) {
+void add_image(DicomFields& fields, const GridVolume& grid, const DicomSource& source) {
   const FanGeometry& geometry = source.geometry;
   fields.text(DCM_ImageType, "ORIGINAL\\PRIMARY\\VOLUME\\NONE");
   fields.whole(DCM_SamplesPerPixel, 1);
@@ -161,39 +110,39 @@ void add_image(Fields& fields, const GridVolume& grid, const DicomSource& source
   fields.code(DCM_TransducerScanPatternCodeSequence, "125242", "DCM", "Volume scan pattern");
 }
 
-void add_dimensions(Fields& fields) {
-  const std::string uid = new_uid(SITE_INSTANCE_UID_ROOT);
+void add_dimensions(DicomFields& fields) {
+  const std::string uid = new_dicom_uid(SITE_INSTANCE_UID_ROOT);
   fields.text(DCM_DimensionOrganizationType, "3D");
   fields.item(DCM_DimensionOrganizationSequence).text(DCM_DimensionOrganizationUID, uid);
-  Fields index = fields.item(DCM_DimensionIndexSequence);
+  DicomFields index = fields.item(DCM_DimensionIndexSequence);
   index.tag(DCM_DimensionIndexPointer, DCM_ImagePositionVolume);
   index.tag(DCM_FunctionalGroupPointer, DCM_PlanePositionVolumeSequence);
   index.text(DCM_DimensionOrganizationUID, uid);
   index.text(DCM_DimensionDescriptionLabel, "Elevation");
 }
 
-void add_groups(Fields& fields, const GridVolume& grid, const std::string& date_time) {
+void add_groups(DicomFields& fields, const GridVolume& grid, const std::string& date_time) {
   const std::string spacing = decimal(grid.spacing_mm);
-  Fields shared = fields.item(DCM_SharedFunctionalGroupsSequence);
-  Fields measures = shared.item(DCM_PixelMeasuresSequence);
+  DicomFields shared = fields.item(DCM_SharedFunctionalGroupsSequence);
+  DicomFields measures = shared.item(DCM_PixelMeasuresSequence);
   measures.text(DCM_PixelSpacing, spacing + "\\" + spacing);
   measures.text(DCM_SliceThickness, spacing);
   measures.text(DCM_SpacingBetweenSlices, spacing);
   shared.item(DCM_PlaneOrientationVolumeSequence).numbers<6>(DCM_ImageOrientationVolume, {1, 0, 0, 0, 1, 0});
-  Fields window = shared.item(DCM_FrameVOILUTSequence);
+  DicomFields window = shared.item(DCM_FrameVOILUTSequence);
   window.text(DCM_WindowCenter, "128");
   window.text(DCM_WindowWidth, "256");
   window.text(DCM_WindowCenterWidthExplanation, "All grey levels");
-  Fields type = shared.item(DCM_ImageDataTypeSequence);
+  DicomFields type = shared.item(DCM_ImageDataTypeSequence);
   type.text(DCM_DataType, "TISSUE_INTENSITY");
   type.text(DCM_AliasedDataType, "NO");
-  Fields description = shared.item(DCM_USImageDescriptionSequence);
+  DicomFields description = shared.item(DCM_USImageDescriptionSequence);
   description.text(DCM_FrameType, "ORIGINAL\\PRIMARY\\VOLUME\\NONE");
   description.text(DCM_VolumetricProperties, "VOLUME");
   description.text(DCM_VolumeBasedCalculationTechnique, "NONE");
   for (std::uint32_t k = 0; k < grid.size[2]; ++k) {
-    Fields frame = fields.item(DCM_PerFrameFunctionalGroupsSequence);
-    Fields content = frame.item(DCM_FrameContentSequence);
+    DicomFields frame = fields.item(DCM_PerFrameFunctionalGroupsSequence);
+    DicomFields content = frame.item(DCM_FrameContentSequence);
     content.text(DCM_FrameReferenceDateTime, date_time);
     content.text(DCM_FrameAcquisitionDateTime, date_time);
     content.numbers<1>(DCM_FrameAcquisitionDuration, {0});
@@ -246,11 +195,12 @@ Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolum
   const std::string acquired = source.acquired_utc_s > 0 ? date_time(source.acquired_utc_s) : now;
   DcmFileFormat file;
   bool failed = false;
-  Fields fields(*file.getDataset(), failed);
+  DicomFields fields(*file.getDataset(), failed);
   fields.text(DCM_SOPClassUID, UID_EnhancedUSVolumeStorage);
-  fields.text(DCM_SOPInstanceUID, new_uid(SITE_INSTANCE_UID_ROOT));
+  fields.text(DCM_SOPInstanceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
   fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
-  add_patient_and_study(fields, now, acquired);
+  add_identity(fields, source.identity);
+  add_study(fields, now, acquired);
   add_space(fields, source.geometry);
   add_image(fields, grid, source);
   add_dimensions(fields);

@@ -22,6 +22,7 @@
 #include "acquisition/replay/frame_fields.hpp"
 #include "acquisition/replay/inflater.hpp"
 #include "acquisition/source/printable.hpp"
+#include "proto/dicom/dataset_fields.hpp"
 
 namespace fanlight {
 
@@ -38,7 +39,7 @@ constexpr std::string_view kMagic = "DICM";
 
 void prepare_dicom_library() {
   static const bool prepared = [] {
-    OFLog::configure(OFLogger::OFF_LOG_LEVEL);  // what matters is in our own messages
+    silence_dicom_log();  // what matters is in our own messages
     DcmRLEDecoderRegistration::registerCodecs();
     DJDecoderRegistration::registerCodecs();
     DJLSDecoderRegistration::registerCodecs();

@@ -21,6 +21,8 @@ Command add_batch_command(CLI::App& program);
 Command add_record_command(CLI::App& program);
 Command add_recover_command(CLI::App& program);
 Command add_convert_command(CLI::App& program);
+Command add_send_command(CLI::App& program);
+Command add_worklist_command(CLI::App& program);
 Command add_info_command(CLI::App& program);
 Command add_bench_command(CLI::App& program);
 Command add_watch_command(CLI::App& program);

@@ -13,6 +13,7 @@
 #include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/progress_line.hpp"
+#include "server/pacs/identity_json.hpp"
 
 namespace fanlight {
 
@@ -22,6 +23,7 @@ struct ConvertOptions {
   std::string input;
   std::string out;
   std::string geometry_path;
+  std::string patient;
   std::optional<std::uint64_t> volume;
   std::optional<double> spacing_mm;
 };
@@ -30,6 +32,13 @@ Result<void> write_grid(const std::string& out, const GridVolume& grid, const Di
   if (out.ends_with(".nrrd")) return write_grid_nrrd(out, grid);
   if (out.ends_with(".dcm")) return write_grid_dicom(out, grid, source);
   return write_grid_nifti(out, grid);
+}
+
+/// Whose volume it is, for a DICOM file.
+Result<DicomIdentity> identity_for(const ConvertOptions& options) {
+  if (options.patient.empty()) return DicomIdentity{};
+  if (options.out.ends_with(".dcm")) return read_identity(options.patient);
+  return Error{ErrorCode::kInvalidArgument, "--patient is for DICOM, expected --out x.dcm with it"};
 }
 
 /// Scan converts one volume. The file is written whole or not at all.
@@ -42,6 +51,8 @@ Result<void> convert_to_grid(const ConvertOptions& options) {
   OfflineVolumes volumes(**source);
   const auto volume = volumes.pick(options.volume);
   if (!volume) return volume.error();
+  const auto identity = identity_for(options);
+  if (!identity) return identity.error();
   const double spacing_mm = options.spacing_mm.value_or(usual_spacing_mm(**volume));
   Result<GridVolume> grid = Error{};
   {
@@ -49,9 +60,10 @@ Result<void> convert_to_grid(const ConvertOptions& options) {
     grid = scan_converted(**volume, spacing_mm, line.shares());
   }
   if (!grid) return grid.error();
-  if (auto written = write_grid(
-          options.out, *grid,
-          {.geometry = (*volume)->geometry(), .acquired_utc_s = (*source)->description().begun_utc_s});
+  if (auto written = write_grid(options.out, *grid,
+                                {.geometry = (*volume)->geometry(),
+                                 .acquired_utc_s = (*source)->description().begun_utc_s,
+                                 .identity = *identity});
       !written)
     return written;
   fmt::print("{}: volume {} on a grid of {} x {} x {} voxels of {:.4g} mm\n", options.out,
@@ -115,6 +127,10 @@ Command add_convert_command(CLI::App& program) {
       ->required()
       ->type_name("FILE");
   command->add_option("--geometry", options->geometry_path, "TOML file with the geometry of the recording")
+      ->type_name("FILE");
+  command
+      ->add_option("--patient", options->patient,
+                   "JSON file with the patient and the order for x.dcm, as fanlight worklist saves it")
       ->type_name("FILE");
   command->add_option("--volume", options->volume, "Number of the volume; default: the first complete one")
       ->check(CLI::NonNegativeNumber)

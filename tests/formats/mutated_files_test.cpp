@@ -23,7 +23,7 @@ constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
 #endif
-constexpr int kFiles = kSanitized ? 500 : 10'000;
+constexpr int kFiles = kSanitized ? 300 : 10'000;
 constexpr std::uint64_t kMostPeakBytes = 220'000'000;  // two copies of the zeros are this test's own
 
 #ifdef FANLIGHT_DICOM

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// DCMTK's first header must come first.
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmnet/scu.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proto/base/result.hpp"
+#include "server/pacs/dicom_peer.hpp"
+
+namespace fanlight {
+
+/// What the association is for: a SOP class, and the transfer syntaxes that can be sent.
+using DicomContext = std::pair<std::string, std::vector<std::string>>;
+
+/// An open association with a peer, by DCMTK; it is released when it is destroyed. One thread. Each call to
+/// `scu()` may wait for as long as the peer may be silent: 10 s to connect, 60 s for an answer.
+class Association {
+ public:
+  /// kUnavailable: the peer cannot be reached, its certificate is not accepted, or it refuses this program's
+  /// title or its own. kUnsupported: it accepts none of the contexts. kInvalidArgument: a file for TLS.
+  static Result<Association> open(const DicomPeer& peer, const std::vector<DicomContext>& contexts);
+
+  Association(Association&&) noexcept = default;
+  Association& operator=(Association&&) = delete;
+  ~Association();
+
+  DcmSCU& scu() { return *scu_; }
+
+ private:
+  explicit Association(std::unique_ptr<DcmSCU> scu) : scu_(std::move(scu)) {}
+
+  std::unique_ptr<DcmSCU> scu_;
+};
+
+}  // namespace fanlight

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/pacs/identity_json.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "proto/base/printable.hpp"
+
+namespace fanlight {
+
+namespace {
+
+/// A field of the identity, and what DICOM allows in it (PS3.5, table 6.2-1).
+struct Row {
+  std::string_view name;
+  std::string DicomIdentity::*member;
+  std::size_t most_characters;
+  bool (*allows)(std::string_view);
+  std::string_view expected;
+};
+
+bool is_text(std::string_view text) {
+  return is_printable(text) && text.find('\\') == std::string_view::npos;
+}
+
+bool is_date(std::string_view text) {
+  return text.size() == 8 && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+bool is_sex(std::string_view text) {
+  return text == "M" || text == "F" || text == "O";
+}
+
+bool is_uid(std::string_view text) {
+  return std::ranges::all_of(text, [](char c) { return (c >= '0' && c <= '9') || c == '.'; });
+}
+
+constexpr std::string_view kText = "text without control characters and backslashes";
+
+constexpr std::array kRows = {
+    Row{"patient_name", &DicomIdentity::patient_name, 64, is_text, kText},
+    Row{"patient_id", &DicomIdentity::patient_id, 64, is_text, kText},
+    Row{"issuer_of_patient_id", &DicomIdentity::issuer_of_patient_id, 64, is_text, kText},
+    Row{"birth_date", &DicomIdentity::birth_date, 8, is_date, "YYYYMMDD"},
+    Row{"sex", &DicomIdentity::sex, 1, is_sex, "M, F or O"},
+    Row{"accession_number", &DicomIdentity::accession_number, 16, is_text, kText},
+    Row{"study_uid", &DicomIdentity::study_uid, 64, is_uid, "digits and dots"},
+    Row{"study_id", &DicomIdentity::study_id, 16, is_text, kText},
+    Row{"study_description", &DicomIdentity::study_description, 64, is_text, kText},
+    Row{"referring_physician", &DicomIdentity::referring_physician, 64, is_text, kText},
+    Row{"requested_procedure_id", &DicomIdentity::requested_procedure_id, 16, is_text, kText},
+    Row{"scheduled_step_id", &DicomIdentity::scheduled_step_id, 16, is_text, kText},
+};
+
+/// Characters of UTF-8, not bytes.
+std::size_t characters_of(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
+Error wrong(std::string_view sentence) {
+  return {ErrorCode::kInvalidArgument, fmt::format("the identity of the patient: {}", sentence)};
+}
+
+Result<void> take_field(const std::string& name, const nlohmann::json& value, DicomIdentity& identity) {
+  const auto row = std::ranges::find(kRows, name, &Row::name);
+  if (row == kRows.end()) {
+    std::vector<std::string_view> names;
+    for (const Row& known : kRows) names.push_back(known.name);
+    return wrong(fmt::format("{} is no field of it, expected {}", printable(name), fmt::join(names, ", ")));
+  }
+  if (!value.is_string()) return wrong(fmt::format("{} is no text, expected {}", name, row->expected));
+  const auto& text = value.get_ref<const std::string&>();
+  if (text.empty()) return {};
+  if (characters_of(text) > row->most_characters)
+    return wrong(fmt::format("{} is too long, expected at most {} characters", name, row->most_characters));
+  if (!row->allows(text))
+    return wrong(fmt::format("{} is not as DICOM wants it, expected {}", name, row->expected));
+  identity.*row->member = text;
+  return {};
+}
+
+}  // namespace
+
+nlohmann::json identity_json(const DicomIdentity& identity) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const Row& row : kRows) {
+    if (const std::string& value = identity.*row.member; !value.empty()) json[std::string(row.name)] = value;
+  }
+  return json;
+}
+
+Result<DicomIdentity> parse_identity(const nlohmann::json& json) {
+  if (!json.is_object())
+    return wrong("it is no JSON object, expected one, such as {\"patient_id\": \"P123\"}");
+  DicomIdentity identity;
+  for (const auto& [name, value] : json.items()) {
+    if (auto taken = take_field(name, value, identity); !taken) return taken.error();
+  }
+  return identity;
+}
+
+Result<DicomIdentity> read_identity(const std::filesystem::path& path) {
+  constexpr std::size_t kMostBytes = 65'536;
+  std::ifstream file(path, std::ios::binary);
+  std::string text(kMostBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.empty())
+    return Error{ErrorCode::kNotFound, fmt::format("{} cannot be read, expected a JSON file with the patient",
+                                                   printable(path.string()))};
+  if (text.size() > kMostBytes) return wrong(fmt::format("the file is larger than {} bytes", kMostBytes));
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (json.is_discarded()) return wrong("the file is not JSON, expected an object");
+  return parse_identity(json);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/pacs/picture_object.hpp"
+
+#include "proto/dicom/dataset_fields.hpp"
+
+#include <dcmtk/dcmdata/dcostrmb.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <ctime>
+
+#include "proto/base/printable.hpp"
+#include "proto/base/version.hpp"
+#include "proto/images/image_library.hpp"
+
+namespace fanlight {
+
+namespace {
+
+constexpr std::uint32_t kMostSide = 65'535;
+constexpr std::size_t kChannels = 3;
+
+/// UTC, which TimezoneOffsetFromUTC says.
+void add_times(DicomFields& fields) {
+  const auto now = fmt::gmtime(std::time(nullptr));
+  const std::string date = fmt::format("{:%Y%m%d}", now);
+  const std::string time = fmt::format("{:%H%M%S}", now);
+  fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
+  fields.text(DCM_StudyDate, date);
+  fields.text(DCM_StudyTime, time);
+  fields.text(DCM_ContentDate, date);
+  fields.text(DCM_ContentTime, time);
+}
+
+void add_series(DicomFields& fields, const DicomSeries& series) {
+  fields.text(DCM_Modality, "US");
+  fields.text(DCM_SeriesInstanceUID, series.series_uid);
+  fields.text(DCM_SeriesNumber, "1");
+  fields.text(DCM_SeriesDescription, "Fanlight 3D pictures, not for diagnosis");
+  fields.text(DCM_InstanceNumber, fmt::format("{}", series.next_instance));
+  fields.empty(DCM_Laterality);
+  fields.empty(DCM_PatientOrientation);
+  fields.text(DCM_Manufacturer, "Fanlight");
+  fields.text(DCM_ManufacturerModelName, "Fanlight");
+  fields.text(DCM_SoftwareVersions, version());
+}
+
+void add_picture(DicomFields& fields, const PictureToSend& picture) {
+  fields.text(DCM_ConversionType, "WSD");  // of a workstation
+  fields.text(DCM_ImageType, "DERIVED\\SECONDARY");
+  fields.text(DCM_DerivationDescription, "Surface of an ultrasound volume, rendered by Fanlight");
+  fields.text(DCM_ImageComments, "Not for diagnosis");
+  fields.text(DCM_BurnedInAnnotation, "YES");
+  fields.text(DCM_RecognizableVisualFeatures, "YES");  // it may show a face
+  fields.text(DCM_LossyImageCompression, picture.was_lossy ? "01" : "00");
+  if (picture.was_lossy) fields.text(DCM_LossyImageCompressionMethod, "ISO_10918_1");
+  fields.whole(DCM_SamplesPerPixel, kChannels);
+  fields.text(DCM_PhotometricInterpretation, "RGB");
+  fields.whole(DCM_PlanarConfiguration, 0);
+  fields.whole(DCM_Rows, picture.height);
+  fields.whole(DCM_Columns, picture.width);
+  fields.whole(DCM_BitsAllocated, 8);
+  fields.whole(DCM_BitsStored, 8);
+  fields.whole(DCM_HighBit, 7);
+  fields.whole(DCM_PixelRepresentation, 0);
+  fields.bytes(DCM_PixelData, picture.rgb);
+}
+
+Result<std::vector<std::uint8_t>> bytes_of(DcmFileFormat& file, std::size_t pixel_bytes) {
+  constexpr std::size_t kMostHeadBytes = std::size_t{1} << 16;
+  std::vector<std::uint8_t> bytes(pixel_bytes + kMostHeadBytes);
+  DcmOutputBufferStream stream(bytes.data(), static_cast<offile_off_t>(bytes.size()));
+  file.transferInit();
+  const OFCondition written = file.write(stream, EXS_LittleEndianExplicit, EET_ExplicitLength, nullptr);
+  file.transferEnd();
+  if (written.bad()) {
+    return Error{
+        ErrorCode::kUnavailable,
+        fmt::format("the DICOM object cannot be made ({}), expected free memory", printable(written.text()))};
+  }
+  void* start = nullptr;
+  offile_off_t size = 0;
+  stream.flushBuffer(start, size);
+  bytes.resize(static_cast<std::size_t>(size));
+  return bytes;
+}
+
+/// RGB of pixels with any number of channels, of 8 bits.
+std::vector<std::uint8_t> rgb_of(std::span<const std::uint8_t> values, std::size_t channels) {
+  const std::size_t pixels = values.size() / channels;
+  const bool is_grey = channels < kChannels;
+  const bool has_alpha = channels == 2 || channels == 4;
+  std::vector<std::uint8_t> rgb(pixels * kChannels);
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    const auto of = values.subspan(pixel * channels, channels);
+    const unsigned alpha = has_alpha ? of[channels - 1] : 255U;
+    for (std::size_t channel = 0; channel < kChannels; ++channel)
+      rgb[pixel * kChannels + channel] = static_cast<std::uint8_t>(of[is_grey ? 0 : channel] * alpha / 255U);
+  }
+  return rgb;
+}
+
+}  // namespace
+
+DicomSeries DicomSeries::begin(DicomIdentity identity) {
+  if (identity.study_uid.empty()) identity.study_uid = new_dicom_uid(SITE_STUDY_UID_ROOT);
+  return {.identity = std::move(identity), .series_uid = new_dicom_uid(SITE_SERIES_UID_ROOT)};
+}
+
+Result<std::vector<std::uint8_t>> picture_object(const PictureToSend& picture, DicomSeries& series) {
+  const std::size_t wanted = std::size_t{picture.width} * picture.height * kChannels;
+  if (picture.width == 0 || picture.height == 0 || picture.width > kMostSide || picture.height > kMostSide ||
+      picture.rgb.size() != wanted) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("a picture of {} x {} pixels in {} bytes does not fit, expected sides of 1 to {} and 3 "
+                    "bytes a pixel",
+                    picture.width, picture.height, picture.rgb.size(), kMostSide)};
+  }
+  silence_dicom_log();
+  DcmFileFormat file;
+  bool failed = false;
+  DicomFields fields(*file.getDataset(), failed);
+  fields.text(DCM_SOPClassUID, UID_SecondaryCaptureImageStorage);
+  fields.text(DCM_SOPInstanceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
+  add_identity(fields, series.identity);
+  add_times(fields);
+  add_series(fields, series);
+  add_picture(fields, picture);
+  if (failed) {
+    return Error{ErrorCode::kUnavailable,
+                 "the DICOM object cannot be made, expected free memory and DICOM's dictionary"};
+  }
+  ++series.next_instance;
+  return bytes_of(file, picture.rgb.size());
+}
+
+Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::path& path,
+                                                      DicomSeries& series) {
+  const std::string name = printable(path.string());
+  const auto wrong = [&](std::string_view problem) {
+    return Error{ErrorCode::kBadInput,
+                 fmt::format("{}: {}, expected a picture, such as PNG or JPEG", name, problem)};
+  };
+  const auto library = image_library();
+  if (!library) return library.error();
+  const auto reader = (*library)->open(path.string());
+  if (!reader) return wrong(printable(reader.error().message));
+  const ImageShape shape = (*reader)->shape();
+  const bool fits = shape.width > 0 && shape.height > 0 && shape.depth == 1 && shape.channels >= 1 &&
+                    shape.channels <= 4 && shape.width <= 16'384 && shape.height <= 16'384;
+  if (!fits) {
+    return wrong(
+        fmt::format("it has {} x {} x {} pixels of {} channels, and at most 16384 x 16384 of 4 are sent",
+                    shape.width, shape.height, shape.depth, shape.channels));
+  }
+  const auto channels = static_cast<std::size_t>(shape.channels);
+  std::vector<std::uint8_t> values(static_cast<std::size_t>(shape.width) *
+                                   static_cast<std::size_t>(shape.height) * channels);
+  if (auto read = (*reader)->read(1, values); !read) return wrong(printable(read.error().message));
+  const std::vector<std::uint8_t> rgb = rgb_of(values, channels);
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return picture_object({.width = static_cast<std::uint32_t>(shape.width),
+                         .height = static_cast<std::uint32_t>(shape.height),
+                         .rgb = rgb,
+                         .was_lossy = ending == ".jpg" || ending == ".jpeg"},
+                        series);
+}
+
+}  // namespace fanlight

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "proto/base/result.hpp"
+#include "proto/dicom/identity.hpp"
+
+namespace fanlight {
+
+/// A still picture for an archive.
+struct PictureToSend {
+  std::uint32_t width = 0;            ///< 1 to 65535
+  std::uint32_t height = 0;           ///< 1 to 65535
+  std::span<const std::uint8_t> rgb;  ///< height x width x 3, row major
+  bool was_lossy = false;             ///< it was compressed with loss before, as JPEG is
+};
+
+/// A series for the pictures of one call or one session.
+struct DicomSeries {
+  DicomIdentity identity;  ///< with a study_uid
+  std::string series_uid;
+  std::uint32_t next_instance = 1;
+
+  /// A new series of the identity's study; a new study where the identity has none.
+  static DicomSeries begin(DicomIdentity identity);
+};
+
+/// The bytes of a DICOM file: Secondary Capture Image (PS3.3 A.8.1), uncompressed RGB, explicit little
+/// endian. It says that the picture is derived and has text in its pixels, and "Not for diagnosis". There is
+/// no pixel size: a surface in perspective has none. Advances the series. kInvalidArgument: a size that does
+/// not fit.
+Result<std::vector<std::uint8_t>> picture_object(const PictureToSend& picture, DicomSeries& series);
+
+/// Reads a picture file by the image library, and makes such an object of it. Grey and alpha become RGB on
+/// black. kBadInput, kInvalidArgument, kUnavailable.
+Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::path& path, DicomSeries& series);
+
+}  // namespace fanlight
