@@ -16,6 +16,7 @@
 #include "server/cli/end_signals.hpp"
 #include "server/cli/json_text.hpp"
 #include "server/cli/pacs_options.hpp"
+#include "server/pacs/clip_object.hpp"
 #include "server/pacs/identity_json.hpp"
 #include "server/pacs/outbox.hpp"
 #include "server/pacs/picture_object.hpp"
@@ -30,6 +31,7 @@ struct SendOptions {
   PacsOptions pacs;
   std::string patient;
   std::string queue;
+  double clip_rate = 0;
   bool follow = false;
   bool json = false;
 };
@@ -66,6 +68,11 @@ Result<void> put_in(Outbox& outbox, const SendOptions& options) {
     identity = std::move(*read);
   }
   DicomSeries series = DicomSeries::begin(std::move(identity));
+  if (options.clip_rate > 0) {
+    const std::vector<std::filesystem::path> frames(options.files.begin(), options.files.end());
+    const auto object = clip_object(frames, options.clip_rate, series);
+    return object ? outbox.add(*object) : object.error();
+  }
   for (const std::string& file : options.files) {
     if (std::filesystem::path(file).extension() == ".dcm") {
       if (auto added = outbox.add_file(file); !added) return added;
@@ -184,6 +191,11 @@ Command add_send_command(CLI::App& program) {
           "patient_id, birth_date, sex, accession_number, study_uid and others. Without it, the objects name "
           "no patient")
       ->type_name("FILE");
+  command
+      ->add_option("--clip", options->clip_rate,
+                   "Send the files, which are JPEG, as one clip with this many frames a second")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->type_name("RATE");
   auto* const queue = command
                           ->add_option("--queue", options->queue,
                                        "Folder in which files wait until the archive has stored them. It "

@@ -56,8 +56,8 @@ Result<void> save_entry(const std::string& path, const std::vector<WorklistEntry
 }
 
 Result<void> check_date(const std::string& date) {
-  static const std::regex kDates("([0-9]{8})?(-)?([0-9]{8})?");
-  if (std::regex_match(date, kDates)) return {};
+  static const std::regex dates("([0-9]{8})?(-)?([0-9]{8})?");
+  if (std::regex_match(date, dates)) return {};
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("--date {} is no day, expected YYYYMMDD, or YYYYMMDD-YYYYMMDD", printable(date))};
 }

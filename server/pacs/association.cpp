@@ -89,6 +89,12 @@ Result<Association> Association::open(const DicomPeer& peer, const std::vector<D
         fmt::format("TLS cannot be prepared ({}), expected a certificate and its private key, both PEM",
                     printable(ready.text()))};
   }
+  // TLS 1.2 or later (DICOM's Non-Downgrading BCP 195 profile). It can be chosen only now.
+  if (auto* const secure = dynamic_cast<DcmTLSSCU*>(&scu);
+      secure != nullptr && secure->setTLSProfile(TSP_Profile_BCP195_ND).bad()) {
+    return Error{ErrorCode::kUnavailable,
+                 "TLS 1.2 cannot be chosen, expected OpenSSL with DICOM's cipher suites"};
+  }
   if (const OFCondition agreed = scu.negotiateAssociation(); agreed.bad()) return not_open(peer, agreed);
   return Association(std::move(*made));
 }

@@ -70,8 +70,8 @@ Error wrong(std::string_view sentence) {
 Result<void> take_field(const std::string& name, const nlohmann::json& value, DicomIdentity& identity) {
   const auto row = std::ranges::find(kRows, name, &Row::name);
   if (row == kRows.end()) {
-    std::vector<std::string_view> names;
-    for (const Row& known : kRows) names.push_back(known.name);
+    std::array<std::string_view, kRows.size()> names;
+    std::ranges::transform(kRows, names.begin(), &Row::name);
     return wrong(fmt::format("{} is no field of it, expected {}", printable(name), fmt::join(names, ", ")));
   }
   if (!value.is_string()) return wrong(fmt::format("{} is no text, expected {}", name, row->expected));

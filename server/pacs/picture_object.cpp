@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/pacs/picture_object.hpp"
 
-#include "proto/dicom/dataset_fields.hpp"
-
-#include <dcmtk/dcmdata/dcostrmb.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <ctime>
-
 #include "proto/base/printable.hpp"
-#include "proto/base/version.hpp"
 #include "proto/images/image_library.hpp"
+#include "server/pacs/series_object.hpp"
 
 namespace fanlight {
 
@@ -20,38 +14,8 @@ namespace {
 constexpr std::uint32_t kMostSide = 65'535;
 constexpr std::size_t kChannels = 3;
 
-/// UTC, which TimezoneOffsetFromUTC says.
-void add_times(DicomFields& fields) {
-  const auto now = fmt::gmtime(std::time(nullptr));
-  const std::string date = fmt::format("{:%Y%m%d}", now);
-  const std::string time = fmt::format("{:%H%M%S}", now);
-  fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
-  fields.text(DCM_StudyDate, date);
-  fields.text(DCM_StudyTime, time);
-  fields.text(DCM_ContentDate, date);
-  fields.text(DCM_ContentTime, time);
-}
-
-void add_series(DicomFields& fields, const DicomSeries& series) {
-  fields.text(DCM_Modality, "US");
-  fields.text(DCM_SeriesInstanceUID, series.series_uid);
-  fields.text(DCM_SeriesNumber, "1");
-  fields.text(DCM_SeriesDescription, "Fanlight 3D pictures, not for diagnosis");
-  fields.text(DCM_InstanceNumber, fmt::format("{}", series.next_instance));
-  fields.empty(DCM_Laterality);
-  fields.empty(DCM_PatientOrientation);
-  fields.text(DCM_Manufacturer, "Fanlight");
-  fields.text(DCM_ManufacturerModelName, "Fanlight");
-  fields.text(DCM_SoftwareVersions, version());
-}
-
 void add_picture(DicomFields& fields, const PictureToSend& picture) {
   fields.text(DCM_ConversionType, "WSD");  // of a workstation
-  fields.text(DCM_ImageType, "DERIVED\\SECONDARY");
-  fields.text(DCM_DerivationDescription, "Surface of an ultrasound volume, rendered by Fanlight");
-  fields.text(DCM_ImageComments, "Not for diagnosis");
-  fields.text(DCM_BurnedInAnnotation, "YES");
-  fields.text(DCM_RecognizableVisualFeatures, "YES");  // it may show a face
   fields.text(DCM_LossyImageCompression, picture.was_lossy ? "01" : "00");
   if (picture.was_lossy) fields.text(DCM_LossyImageCompressionMethod, "ISO_10918_1");
   fields.whole(DCM_SamplesPerPixel, kChannels);
@@ -64,25 +28,6 @@ void add_picture(DicomFields& fields, const PictureToSend& picture) {
   fields.whole(DCM_HighBit, 7);
   fields.whole(DCM_PixelRepresentation, 0);
   fields.bytes(DCM_PixelData, picture.rgb);
-}
-
-Result<std::vector<std::uint8_t>> bytes_of(DcmFileFormat& file, std::size_t pixel_bytes) {
-  constexpr std::size_t kMostHeadBytes = std::size_t{1} << 16;
-  std::vector<std::uint8_t> bytes(pixel_bytes + kMostHeadBytes);
-  DcmOutputBufferStream stream(bytes.data(), static_cast<offile_off_t>(bytes.size()));
-  file.transferInit();
-  const OFCondition written = file.write(stream, EXS_LittleEndianExplicit, EET_ExplicitLength, nullptr);
-  file.transferEnd();
-  if (written.bad()) {
-    return Error{
-        ErrorCode::kUnavailable,
-        fmt::format("the DICOM object cannot be made ({}), expected free memory", printable(written.text()))};
-  }
-  void* start = nullptr;
-  offile_off_t size = 0;
-  stream.flushBuffer(start, size);
-  bytes.resize(static_cast<std::size_t>(size));
-  return bytes;
 }
 
 /// RGB of pixels with any number of channels, of 8 bits.
@@ -102,11 +47,6 @@ std::vector<std::uint8_t> rgb_of(std::span<const std::uint8_t> values, std::size
 
 }  // namespace
 
-DicomSeries DicomSeries::begin(DicomIdentity identity) {
-  if (identity.study_uid.empty()) identity.study_uid = new_dicom_uid(SITE_STUDY_UID_ROOT);
-  return {.identity = std::move(identity), .series_uid = new_dicom_uid(SITE_SERIES_UID_ROOT)};
-}
-
 Result<std::vector<std::uint8_t>> picture_object(const PictureToSend& picture, DicomSeries& series) {
   const std::size_t wanted = std::size_t{picture.width} * picture.height * kChannels;
   if (picture.width == 0 || picture.height == 0 || picture.width > kMostSide || picture.height > kMostSide ||
@@ -121,18 +61,9 @@ Result<std::vector<std::uint8_t>> picture_object(const PictureToSend& picture, D
   DcmFileFormat file;
   bool failed = false;
   DicomFields fields(*file.getDataset(), failed);
-  fields.text(DCM_SOPClassUID, UID_SecondaryCaptureImageStorage);
-  fields.text(DCM_SOPInstanceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
-  add_identity(fields, series.identity);
-  add_times(fields);
-  add_series(fields, series);
+  begin_object(fields, UID_SecondaryCaptureImageStorage, series);
   add_picture(fields, picture);
-  if (failed) {
-    return Error{ErrorCode::kUnavailable,
-                 "the DICOM object cannot be made, expected free memory and DICOM's dictionary"};
-  }
-  ++series.next_instance;
-  return bytes_of(file, picture.rgb.size());
+  return object_bytes(file, failed, EXS_LittleEndianExplicit, picture.rgb.size());
 }
 
 Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::path& path,

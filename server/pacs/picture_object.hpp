@@ -4,11 +4,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "proto/base/result.hpp"
-#include "proto/dicom/identity.hpp"
+#include "server/pacs/dicom_series.hpp"
 
 namespace fanlight {
 
@@ -18,16 +17,6 @@ struct PictureToSend {
   std::uint32_t height = 0;           ///< 1 to 65535
   std::span<const std::uint8_t> rgb;  ///< height x width x 3, row major
   bool was_lossy = false;             ///< it was compressed with loss before, as JPEG is
-};
-
-/// A series for the pictures of one call or one session.
-struct DicomSeries {
-  DicomIdentity identity;  ///< with a study_uid
-  std::string series_uid;
-  std::uint32_t next_instance = 1;
-
-  /// A new series of the identity's study; a new study where the identity has none.
-  static DicomSeries begin(DicomIdentity identity);
 };
 
 /// The bytes of a DICOM file: Secondary Capture Image (PS3.3 A.8.1), uncompressed RGB, explicit little
