@@ -408,7 +408,7 @@ test("a display without control freezes its own picture only, and says so", asyn
 });
 
 test("an own light works beside volumes that leave the machine some time", async () => {
-  await withPage("own-light", "phantom:scene=relief,probe=r1,rate=20", async (viewer) => {
+  await withPage("own-light", "phantom:scene=relief,probe=r1,rate=12", async (viewer) => {
     await viewer.firstPicture();
     // The first pictures pay for the shaders, and the cost of an own light is estimated by the last ones.
     const first = await viewer.number("volume-id");
