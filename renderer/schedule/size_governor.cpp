@@ -16,6 +16,11 @@ constexpr double kTooSlow = 0.95;
 constexpr double kNewest = 0.25;
 // A picture of almost the usual size is not worth another cast.
 constexpr double kLeastGain = 1.1;
+// As long as only the first picture is measured, which also pays for the shaders, one that is so much larger
+// is tried whatever that took: a volume that stays would otherwise stay coarse.
+constexpr double kTriedGain = 1.2;
+// A finer picture that takes less than this share of what was expected corrects the expectation.
+constexpr double kOverestimated = 0.6;
 
 double total_ms(const PictureStamp& stamp) {
   return std::accumulate(stamp.stage_ms.begin(), stamp.stage_ms.end(), 0.0);
@@ -70,9 +75,11 @@ void SizeGovernor::picture_finished(const Picture& picture) {
     if (too_slow) backed_off_ns_ = stamp.finished_time_ns;
   }
   if (!has_cast || stamp.measures != DeadlineMeasures{}) return;
-  // Not of fine ones, whose size would then change with each of them.
-  if (size == usual_) {
-    work_ms_per_pixel_ = total_ms(stamp) / static_cast<double>(size.pixels());
+  const double ms_per_pixel = total_ms(stamp) / static_cast<double>(size.pixels());
+  // Of fine ones only where the difference is large: their size would else change with each of them.
+  if (size == usual_) ++usual_measured_;
+  if (size == usual_ || ms_per_pixel < kOverestimated * work_ms_per_pixel_) {
+    work_ms_per_pixel_ = ms_per_pixel;
     light_ms_per_pixel_ = light_ms(stamp) / static_cast<double>(size.pixels());
   }
   if (stamp.scene_revision < moved_revision_) return;
@@ -87,8 +94,9 @@ double SizeGovernor::work_ms(PictureSize size) const {
 /// By how much pictures may be larger than usual for displays that want that size.
 double SizeGovernor::factor_to(std::optional<PictureSize> wanted) const {
   if (!wanted) return 1;
+  const double tried = usual_measured_ < 2 ? kTriedGain : 1;
   return std::min({factor_into(usual_, *wanted), factor_into(usual_, largest_),
-                   std::sqrt(kMostWorkMs / work_ms(usual_))});
+                   std::max(tried, std::sqrt(kMostWorkMs / work_ms(usual_)))});
 }
 
 /// The finest size that is asked for and possible; absent where it is hardly more than the usual one.

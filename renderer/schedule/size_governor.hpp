@@ -22,7 +22,8 @@ namespace fanlight {
 ///
 /// With Refresh::kFrame the usual size stays: frames are replaced at any time.
 ///
-/// The work counts as proportional to the pixels, as of the last whole picture of the usual size.
+/// The work counts as proportional to the pixels, as of the last whole picture of the usual size; or of a
+/// finer one since then, where that took clearly less: the first picture also pays for the shaders.
 ///
 /// One thread; its clock is fanlight::now_ns or a simulated one. No function blocks or allocates.
 class SizeGovernor {
@@ -88,6 +89,7 @@ class SizeGovernor {
   double period_ms_ = 0;              // from volume to volume, a mean of the last ones; 0: not known
   double work_ms_per_pixel_ = 0;      // 0: not known
   double light_ms_per_pixel_ = 0;     // the part of passes 2 and 3
+  std::uint64_t usual_measured_ = 0;  // pictures of the usual size whose work is known
   bool whole_is_shown_ = false;       // of the view and the volume, a picture with a ray for each pixel
   bool fine_is_shown_ = false;        // the same in a finer size
   std::int64_t backed_off_ns_ = -kBackOffNs;

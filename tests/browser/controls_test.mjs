@@ -8,7 +8,7 @@ import AxeBuilder from "@axe-core/playwright";
 import { until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
 
-const kMovingSource = "phantom:scene=relief,probe=r1,rate=20,speckle=off";
+const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
 const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
 
 const wordOf = (viewer) => viewer.page.locator("#connection [role=status]").textContent();

@@ -15,7 +15,7 @@ import { test } from "node:test";
 import { until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
 
-const kMovingSource = "phantom:scene=relief,probe=r1,rate=20,speckle=off";
+const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
 
 function waitForWord(viewer, expected) {
   return until(

@@ -5,7 +5,9 @@ import { join } from "node:path";
 import { setTimeout as pause } from "node:timers/promises";
 import { chromium } from "playwright-core";
 
-const kWaitMs = 30_000;
+const kWaitMs = 120_000; // machines are shared
+
+export const kViewport = { width: 1280, height: 800 }; // pixels
 
 /**
  * `webGl`: on the processor, by SwiftShader; else the page shows the server's pictures. `compositor`: "processor" as where
@@ -48,9 +50,10 @@ export class ViewerPage {
   consoleProblems = []; // errors and warnings of the console, and uncaught errors
   requestedUrls = []; // of all HTTP requests and WebSockets
 
+  /** `browser`, for a session of its own, or a context of it, whose pages share a cache and load sooner. */
   static async open(browser, url) {
     const viewer = new ViewerPage();
-    viewer.page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+    viewer.page = await browser.newPage(browser.newContext ? { viewport: kViewport } : {});
     viewer.page.setDefaultTimeout(kWaitMs);
     viewer.page.on("console", (message) => {
       if (message.type() === "error" || message.type() === "warning") viewer.consoleProblems.push(message.text());

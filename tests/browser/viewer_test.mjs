@@ -9,7 +9,7 @@ import { test } from "node:test";
 import { difference, until } from "./viewer_page.mjs";
 import { withPage } from "./with_page.mjs";
 
-const kMovingSource = "phantom:scene=relief,probe=r1,rate=20,speckle=off";
+const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
 // At this rate a busy machine generates each frame in time. A volume that lacks several frames in a row is never shown.
 const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
 const kMinChangedDifference = 4; // mean grey levels of 255; pictures of different scenes differ by more

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Provides a server and a page for a test. All tests of a file share one browser.
+// Provides a server and a page for a test. All tests of a file share one browser, and its cache.
 import { after, before } from "node:test";
 import { ServerProcess } from "./server_process.mjs";
-import { launchChromium, ViewerPage } from "./viewer_page.mjs";
+import { kViewport, launchChromium, ViewerPage } from "./viewer_page.mjs";
 
 let browser;
+let context;
 before(async () => {
   browser = await launchChromium();
+  context = await browser.newContext({ viewport: kViewport });
 });
 after(() => browser?.close());
 
@@ -19,10 +21,11 @@ export async function withPage(name, source, steps, options = []) {
   let server = await ServerProcess.start(source, 0, options);
   let viewer;
   try {
-    viewer = await ViewerPage.open(browser, server.url);
+    viewer = await ViewerPage.open(context, server.url);
     const restart = async () => {
       server = await ServerProcess.start(source, server.port, options);
     };
+    // In a window of its own: a browser slows pages in the background.
     const openPage = () => ViewerPage.open(browser, server.url);
     await steps(viewer, {
       end: (signal) => server.end(signal),

@@ -306,6 +306,7 @@ TEST_F(RecorderTest, KeepsOrCountsEachFrame) {
   EXPECT_GT(status_.frames_missed, 0U);
   std::uint64_t kept = 0;
   for (const std::string& file : files()) {
+    if (file.ends_with(".raw")) continue;  // of a pair, which is written where there is no room for a copy
     const auto opened = open_recording_file(folder_ / file, 1'000'000);
     ASSERT_TRUE(opened) << opened.error().message;
     kept += opened->sequence.frames.size();

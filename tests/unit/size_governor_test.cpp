@@ -218,5 +218,32 @@ TEST_F(SizeGovernorTest, IsNeverSoLargeThatItTakesTooLong) {
   EXPECT_EQ(size(), before) << "the time of a fine picture does not change its size";
 }
 
+TEST_F(SizeGovernorTest, AFirstPictureThatPaidForTheShadersDoesNotKeepThoseAtRestCoarse) {
+  governor_.want({.of_surfaces = kMost, .of_pictures = {}});
+  governor_.set_frozen(true);
+  usual_ms_ = 5000;  // by which no larger one would fit
+  volume();
+  pass_ms(1000);
+  usual_ms_ = 50;
+  EXPECT_NEAR(static_cast<double>(picture().width) / kUsual.width, 1.2, 0.01);
+  EXPECT_EQ(size(), kMost) << "by what the tried one took";
+  EXPECT_EQ(picture(), kMost);
+  EXPECT_EQ(size(), kMost);
+}
+
+TEST_F(SizeGovernorTest, ASlowMachineTriesOneLargerPictureAndKeepsIt) {
+  governor_.want({.of_surfaces = kMost, .of_pictures = {}});
+  governor_.set_frozen(true);
+  usual_ms_ = 2000;
+  volume();
+  pass_ms(1000);
+  const PictureSize tried = picture();
+  EXPECT_GT(tried.width, kUsual.width);
+  EXPECT_EQ(size(), tried);
+  volume();
+  pass_ms(1000);
+  EXPECT_EQ(size(), std::nullopt) << "what a picture takes is known now";
+}
+
 }  // namespace
 }  // namespace fanlight
