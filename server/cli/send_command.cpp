@@ -3,20 +3,24 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "proto/base/printable.hpp"
 #include "server/cli/commands.hpp"
-#include "server/cli/end_signals.hpp"
+#include "server/cli/end_request.hpp"
 #include "server/cli/json_text.hpp"
 #include "server/cli/pacs_options.hpp"
 #include "server/pacs/clip_object.hpp"
+#include "server/pacs/dicom_file.hpp"
 #include "server/pacs/identity_json.hpp"
 #include "server/pacs/outbox.hpp"
 #include "server/pacs/picture_object.hpp"
@@ -49,7 +53,9 @@ class TemporaryQueue {
   }
   TemporaryQueue(const TemporaryQueue&) = delete;
   TemporaryQueue& operator=(const TemporaryQueue&) = delete;
-  ~TemporaryQueue() {
+  ~TemporaryQueue() { remove(); }
+
+  void remove() const {
     std::error_code ignored;
     if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
   }
@@ -59,8 +65,32 @@ class TemporaryQueue {
   std::filesystem::path path_;
 };
 
-/// Pictures become objects of one series; DICOM files stay what they are.
-Result<void> put_in(Outbox& outbox, const SendOptions& options) {
+/// The bytes of a picture's object, or nothing for a file that is DICOM already.
+Result<std::optional<std::vector<std::uint8_t>>> object_of(const std::string& file, DicomSeries& series) {
+  const auto is_dicom = is_dicom_file(file);
+  if (!is_dicom) return is_dicom.error();
+  if (*is_dicom) return std::optional<std::vector<std::uint8_t>>();
+  auto object = picture_file_object(file, series);
+  if (!object) return object.error();
+  return std::optional(std::move(*object));
+}
+
+/// Adds the files one by one; what was added before a failure stays in `added`.
+Result<void> add_each(Outbox& outbox, const SendOptions& options, DicomSeries& series,
+                      const std::atomic<bool>& stop, std::vector<std::filesystem::path>& added) {
+  for (const std::string& file : options.files) {
+    if (stop) return Error{ErrorCode::kUnavailable, "ended by a signal"};
+    const auto object = object_of(file, series);
+    if (!object) return object.error();
+    auto path = *object ? outbox.add(**object) : outbox.add_file(file);
+    if (!path) return path.error();
+    added.push_back(std::move(*path));
+  }
+  return {};
+}
+
+/// Pictures become objects of one series; DICOM files stay what they are. All of them are put in, or none.
+Result<void> put_in(Outbox& outbox, const SendOptions& options, const std::atomic<bool>& stop) {
   DicomIdentity identity;
   if (!options.patient.empty()) {
     auto read = read_identity(options.patient);
@@ -71,18 +101,21 @@ Result<void> put_in(Outbox& outbox, const SendOptions& options) {
   if (options.clip_rate > 0) {
     const std::vector<std::filesystem::path> frames(options.files.begin(), options.files.end());
     const auto object = clip_object(frames, options.clip_rate, series);
-    return object ? outbox.add(*object) : object.error();
-  }
-  for (const std::string& file : options.files) {
-    if (std::filesystem::path(file).extension() == ".dcm") {
-      if (auto added = outbox.add_file(file); !added) return added;
-      continue;
-    }
-    const auto object = picture_file_object(file, series);
     if (!object) return object.error();
-    if (auto added = outbox.add(*object); !added) return added;
+    const auto path = outbox.add(*object);
+    return path ? Result<void>() : path.error();
   }
-  return {};
+  std::vector<std::filesystem::path> added;
+  auto all = add_each(outbox, options, series, stop, added);
+  if (all) return all;
+  outbox.take_back(added);
+  const std::string_view none = options.files.size() > 1 ? "; none of the files was sent" : "";
+  return Error{all.error().code, fmt::format("{}{}", all.error().message, none)};
+}
+
+/// What has not been sent: it waits in a queue, or is lost with this call.
+std::string rest_of(const SendOptions& options, std::uint64_t waiting) {
+  return fmt::format("{} {}", waiting, options.queue.empty() ? "not sent" : "waiting");
 }
 
 void print_report(const SendOptions& options, const Outbox::Report& report, std::uint64_t waiting) {
@@ -95,9 +128,9 @@ void print_report(const SendOptions& options, const Outbox::Report& report, std:
   }
   std::string text = fmt::format("{}: {} stored", printable(options.pacs.peer), report.stored);
   if (report.refused > 0) text += fmt::format(", {} refused", report.refused);
-  if (waiting > 0) text += fmt::format(", {} waiting", waiting);
+  if (waiting > 0) text += ", " + rest_of(options, waiting);
   fmt::print("{}\n", text);
-  if (report.refused == 0 && !report.sentence.empty()) fmt::print("note: {}\n", report.sentence);
+  if (report.refused + waiting == 0 && !report.sentence.empty()) fmt::print("note: {}\n", report.sentence);
 }
 
 /// Why not everything is stored, and where the rest is.
@@ -112,23 +145,49 @@ Error not_all(const SendOptions& options, const Error& cause, std::uint64_t wait
   return {cause.code, text};
 }
 
-Result<void> send_once(Outbox& outbox, const DicomPeer& peer, const SendOptions& options) {
-  const auto is_sender = outbox.become_sender();
+/// Becomes the sender of the queue. One that is about to end may have looked for files the last time already.
+Result<bool> become_sender(Outbox& outbox, const EndRequest& end) {
+  constexpr int kTries = 10;
+  for (int tries = 0; tries < kTries && outbox.waiting() > 0 && !end.asked(); ++tries) {
+    auto is_sender = outbox.become_sender();
+    if (!is_sender || *is_sender) return is_sender;
+    (void)end.wait_ms(100);
+  }
+  return outbox.become_sender();
+}
+
+Result<void> send_once(Outbox& outbox, const SendOptions& options, const EndRequest& end) {
+  const auto is_sender = become_sender(outbox, end);
   if (!is_sender) return is_sender.error();
   if (!*is_sender) {
-    print_report(options, {.sentence = "another program sends from this folder"}, outbox.waiting());
+    const Outbox::Report report{.sentence = "another program sends from this folder"};
+    print_report(options, report, outbox.waiting());
+    if (!options.json) fmt::print("note: {}\n", report.sentence);
     return {};
   }
-  const auto report = outbox.send(peer);
+  const auto report = outbox.send(end.asked());
   const std::uint64_t waiting = outbox.waiting();
   if (!report) return not_all(options, report.error(), waiting, false);
   print_report(options, *report, waiting);
   if (waiting + report->refused == 0) return {};
-  return not_all(options, {ErrorCode::kUnavailable, report->sentence}, waiting, report->refused > 0);
+  std::string why = report->sentence;
+  if (end.asked()) why = "ended by a signal";
+  if (why.empty()) why = "files came while the last ones were sent";
+  return not_all(options, {ErrorCode::kUnavailable, why}, waiting, report->refused > 0);
+}
+
+/// Waits until the next attempt: for a while after a failure, but no longer than for a new file where the
+/// archive had answered. Whether a signal came.
+bool wait_for_work(const Outbox& outbox, const EndRequest& end, long pause_ms, bool reached) {
+  for (long waited_ms = 0; waited_ms < pause_ms; waited_ms += kLookMs) {
+    if (end.wait_ms(kLookMs)) return true;
+    if (reached && outbox.has_untried()) return false;
+  }
+  return false;
 }
 
 /// Sends what comes into the queue until a signal; waits longer and longer for an archive that is absent.
-Result<void> send_until_signal(Outbox& outbox, const DicomPeer& peer, const SendOptions& options) {
+Result<void> send_until_signal(Outbox& outbox, const SendOptions& options, const EndRequest& end) {
   const auto is_sender = outbox.become_sender();
   if (!is_sender) return is_sender.error();
   if (!*is_sender) {
@@ -136,24 +195,28 @@ Result<void> send_until_signal(Outbox& outbox, const DicomPeer& peer, const Send
                  fmt::format("{}: another program sends from this folder, expected one sender",
                              printable(options.queue))};
   }
-  EndSignals signals;
   long pause_ms = kFirstPauseMs;
   std::string said;
-  for (;;) {
+  while (!end.asked()) {
+    bool reached = true;
     bool waits = false;
     if (outbox.waiting() > 0) {
-      const auto report = outbox.send(peer);
+      const auto report = outbox.send(end.asked());
       const std::string sentence = report ? report->sentence : report.error().message;
+      reached = report && report->reached;
       waits = outbox.waiting() > 0;
-      if (report && report->stored + report->refused > 0) print_report(options, *report, outbox.waiting());
+      if (report && report->stored + report->refused > 0) {
+        print_report(options, *report, outbox.waiting());
+        pause_ms = kFirstPauseMs;
+      }
       if (!sentence.empty() && sentence != said) fmt::print(stderr, "fanlight send: {}\n", sentence);
       said = sentence;
       (void)std::fflush(stdout);
     }
-    if (!waits) pause_ms = kFirstPauseMs;
-    if (signals.wait_ms(waits ? pause_ms : kLookMs)) return {};
-    if (waits) pause_ms = std::min(2 * pause_ms, kLongestPauseMs);
+    if (wait_for_work(outbox, end, waits ? pause_ms : kLookMs, reached)) break;
+    pause_ms = waits ? std::min(2 * pause_ms, kLongestPauseMs) : kFirstPauseMs;
   }
+  return {};
 }
 
 Result<void> send(const SendOptions& options) {
@@ -166,10 +229,14 @@ Result<void> send(const SendOptions& options) {
   }
   std::optional<TemporaryQueue> temporary;
   if (options.queue.empty()) temporary.emplace();
-  auto outbox = Outbox::open(temporary ? temporary->path() : std::filesystem::path(options.queue));
+  const EndRequest end([&temporary] {
+    if (temporary) temporary->remove();
+    fmt::print(stderr, "fanlight send: ended by a signal while the archive did not answer\n");
+  });
+  auto outbox = Outbox::open(temporary ? temporary->path() : std::filesystem::path(options.queue), *peer);
   if (!outbox) return outbox.error();
-  if (auto added = put_in(*outbox, options); !added) return added;
-  return options.follow ? send_until_signal(*outbox, *peer, options) : send_once(*outbox, *peer, options);
+  if (auto added = put_in(*outbox, options, end.asked()); !added) return added;
+  return options.follow ? send_until_signal(*outbox, options, end) : send_once(*outbox, options, end);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
+#include <utility>
 
 #include "proto/base/file_replacement.hpp"
 #include "proto/base/printable.hpp"
@@ -13,6 +14,7 @@
 #include "server/cli/json_text.hpp"
 #include "server/cli/pacs_options.hpp"
 #include "server/pacs/identity_json.hpp"
+#include "server/pacs/private_file.hpp"
 #include "server/pacs/worklist.hpp"
 
 namespace fanlight {
@@ -27,19 +29,38 @@ struct WorklistOptions {
 };
 
 nlohmann::ordered_json entry_json(const WorklistEntry& entry) {
-  return {{"date", entry.date},
-          {"time", entry.time},
-          {"step", entry.step_description},
-          {"station", entry.station_title},
-          {"patient", identity_json(entry.identity)}};
+  nlohmann::json patient = identity_json(entry.identity);
+  for (auto& [name, value] : patient.items()) value = printable(value.get<std::string>());
+  return {{"date", printable(entry.date)},
+          {"time", printable(entry.time)},
+          {"step", printable(entry.step_description)},
+          {"station", printable(entry.station_title)},
+          {"patient", std::move(patient)}};
 }
 
 void print_entries(const std::vector<WorklistEntry>& entries) {
   for (const WorklistEntry& entry : entries) {
-    fmt::print("{} {}  {}  {}  {}  {}\n", entry.date, entry.time.substr(0, 4),
-               entry.identity.accession_number, entry.identity.patient_id, entry.identity.patient_name,
-               entry.step_description);
+    const DicomIdentity& of = entry.identity;
+    fmt::print("{} {}  {}  {}  {}  {}\n", printable(entry.date), printable(entry.time.substr(0, 4)),
+               printable(of.accession_number), printable(of.patient_id), printable(of.patient_name),
+               printable(entry.step_description));
   }
+}
+
+/// The identity for objects, exactly as the worklist has it, or not at all. A sex that DICOM does not have,
+/// such as U for unknown, is left out as not known.
+Result<DicomIdentity> exact_identity(const WorklistEntry& entry) {
+  if (entry.has_unknown_characters) {
+    return Error{ErrorCode::kBadInput,
+                 "the entry is in a character set that cannot be read, expected one of DICOM's"};
+  }
+  DicomIdentity identity = entry.identity;
+  if (!check_identity({.sex = identity.sex})) {
+    fmt::print(stderr, "fanlight worklist: the sex is left out, expected M, F or O in the worklist\n");
+    identity.sex.clear();
+  }
+  if (auto fits = check_identity(identity); !fits) return fits.error();
+  return identity;
 }
 
 /// For fanlight send --patient. The owner alone may read it.
@@ -50,13 +71,18 @@ Result<void> save_entry(const std::string& path, const std::vector<WorklistEntry
                              "--accession",
                              entries.size())};
   }
-  constexpr mode_t kOwnerOnly = 0600;
-  const std::string text = identity_json(entries.front().identity).dump(2) + "\n";
-  return replace_file(path, text, {.mode = kOwnerOnly});
+  const auto identity = exact_identity(entries.front());
+  if (!identity) return identity.error();
+  const std::string text = identity_json(*identity).dump(2) + "\n";
+  const int failure = write_private_file(path, ExistingFile::kReplace, text);
+  if (failure == 0) return {};
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("{} cannot be written ({}), expected a folder with free space", printable(path),
+                           write_failure(failure))};
 }
 
 Result<void> check_date(const std::string& date) {
-  static const std::regex dates("([0-9]{8})?(-)?([0-9]{8})?");
+  static const std::regex dates("|[0-9]{8}|[0-9]{8}-|-[0-9]{8}|[0-9]{8}-[0-9]{8}");
   if (std::regex_match(date, dates)) return {};
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("--date {} is no day, expected YYYYMMDD, or YYYYMMDD-YYYYMMDD", printable(date))};
@@ -97,7 +123,10 @@ Command add_worklist_command(CLI::App& program) {
       ->capture_default_str()
       ->type_name("CODE");
   command
-      ->add_option("--patient-id", options->query.patient_id, "Only this patient; * and ? match characters")
+      ->add_option(
+          "--patient-id", options->query.patient_id,
+          "Only this patient; * and ? match characters. Other users of this machine see it in the list of "
+          "processes")
       ->type_name("ID");
   command
       ->add_option("--accession", options->query.accession_number,

@@ -2,10 +2,7 @@
 #include "server/pacs/association.hpp"
 
 #include <dcmtk/dcmnet/cond.h>
-#include <dcmtk/dcmtls/tlsscu.h>
 #include <fmt/format.h>
-
-#include <unistd.h>
 
 #include "proto/base/printable.hpp"
 #include "proto/dicom/dataset_fields.hpp"
@@ -15,27 +12,39 @@ namespace fanlight {
 namespace {
 
 constexpr int kConnectSeconds = 10;
-constexpr int kAnswerSeconds = 60;
+constexpr int kAgreeSeconds = 60;
+// An archive on slow disks is not given up on: what it stores after that, it would get a second time.
+constexpr int kAnswerSeconds = 600;
 
-Result<void> check_readable(const std::string& path, std::string_view what) {
-  if (path.empty() || access(path.c_str(), R_OK) == 0) return {};
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("{} cannot be read, expected {}", printable(path), what)};
+/// A part of TLS that is not as it should be.
+Error not_prepared(const std::string& path, const OFCondition& problem, std::string_view expected) {
+  return {ErrorCode::kInvalidArgument, fmt::format("{} cannot be used for TLS ({}), expected {}",
+                                                   printable(path), printable(problem.text()), expected)};
 }
 
-Result<std::unique_ptr<DcmSCU>> scu_of(const DicomPeer& peer) {
-  if (!peer.tls) return std::make_unique<DcmSCU>();
-  for (const auto& [path, what] : {std::pair{peer.ca_file, "a PEM file with certificates"},
-                                   std::pair{peer.certificate_file, "a PEM file with a certificate"},
-                                   std::pair{peer.key_file, "a PEM file with a private key"}}) {
-    if (auto found = check_readable(path, what); !found) return found.error();
+/// Everything that makes a connection safe is checked here: DCMTK's own class for it passes over a file that
+/// it cannot read, and never puts the profile in force.
+Result<std::unique_ptr<DcmTLSTransportLayer>> tls_of(const DicomPeer& peer) {
+  auto layer = std::make_unique<DcmTLSTransportLayer>(NET_REQUESTOR, nullptr, OFTrue);
+  if (const OFCondition set = layer->setTLSProfile(TSP_Profile_BCP195_ND); set.bad())
+    return not_prepared("DICOM's TLS profile", set, "OpenSSL with its cipher suites");
+  if (const OFCondition set = layer->activateCipherSuites(); set.bad())
+    return not_prepared("DICOM's TLS profile", set, "OpenSSL with its cipher suites");
+  if (const auto added = layer->addTrustedCertificateFile(peer.ca_file.c_str(), DCF_Filetype_PEM);
+      added.bad())
+    return not_prepared(peer.ca_file, added, "a PEM file with certificates");
+  layer->setCertificateVerification(DCV_requireCertificate);
+  if (peer.certificate_file.empty()) return layer;
+  if (const auto set = layer->setPrivateKeyFile(peer.key_file.c_str(), DCF_Filetype_PEM); set.bad())
+    return not_prepared(peer.key_file, set, "a PEM file with a private key");
+  if (const auto set = layer->setCertificateFile(peer.certificate_file.c_str(), DCF_Filetype_PEM); set.bad())
+    return not_prepared(peer.certificate_file, set, "a PEM file with a certificate");
+  if (!layer->checkPrivateKeyMatchesCertificate()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is not the key of {}, expected a certificate and its private key",
+                             printable(peer.key_file), printable(peer.certificate_file))};
   }
-  auto scu = std::make_unique<DcmTLSSCU>();
-  scu->addTrustedCertFile(peer.ca_file.c_str());
-  scu->setPeerCertVerification(DCV_requireCertificate);
-  if (!peer.certificate_file.empty())
-    scu->enableAuthentication(peer.key_file.c_str(), peer.certificate_file.c_str(), "");
-  return std::unique_ptr<DcmSCU>(std::move(scu));
+  return layer;
 }
 
 Error not_open(const DicomPeer& peer, const OFCondition& problem) {
@@ -53,10 +62,10 @@ Error not_open(const DicomPeer& peer, const OFCondition& problem) {
         fmt::format("it rejects the association, expected its own title ({}) and one that it knows ({})",
                     printable(peer.called_title), printable(peer.own_title)));
   }
-  if (problem.code() == DULC_TLSERROR) {
-    return unavailable(
-        fmt::format("no TLS connection ({}), expected a certificate that is signed by one of {}", text,
-                    printable(peer.ca_file)));
+  if (problem.module() == OFM_dcmtls || problem.code() == DULC_TLSERROR) {
+    return unavailable(fmt::format(
+        "no TLS connection ({}), expected TLS 1.2 or later and a certificate that is signed by one of {}",
+        text, printable(peer.ca_file)));
   }
   return unavailable(fmt::format("no association ({}), expected a DICOM peer that is running", text));
 }
@@ -65,15 +74,19 @@ Error not_open(const DicomPeer& peer, const OFCondition& problem) {
 
 Result<Association> Association::open(const DicomPeer& peer, const std::vector<DicomContext>& contexts) {
   silence_dicom_log();
-  auto made = scu_of(peer);
-  if (!made) return made.error();
-  DcmSCU& scu = **made;
+  Association association;
+  if (peer.tls) {
+    auto layer = tls_of(peer);
+    if (!layer) return layer.error();
+    association.tls_ = std::move(*layer);
+  }
+  DicomScu& scu = association.scu();
   scu.setAETitle(peer.own_title.c_str());
   scu.setPeerAETitle(peer.called_title.c_str());
   scu.setPeerHostName(peer.host.c_str());
   scu.setPeerPort(peer.port);
   scu.setConnectionTimeout(kConnectSeconds);
-  scu.setACSETimeout(kAnswerSeconds);
+  scu.setACSETimeout(kAgreeSeconds);
   scu.setDIMSETimeout(kAnswerSeconds);
   scu.setDIMSEBlockingMode(DIMSE_NONBLOCKING);
   scu.setDatasetConversionMode(OFTrue);  // between the uncompressed transfer syntaxes
@@ -83,20 +96,13 @@ Result<Association> Association::open(const DicomPeer& peer, const std::vector<D
     if (const OFCondition added = scu.addPresentationContext(sop_class.c_str(), list); added.bad())
       return not_open(peer, added);
   }
-  if (const OFCondition ready = scu.initNetwork(); ready.bad()) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        fmt::format("TLS cannot be prepared ({}), expected a certificate and its private key, both PEM",
-                    printable(ready.text()))};
-  }
-  // TLS 1.2 or later (DICOM's Non-Downgrading BCP 195 profile). It can be chosen only now.
-  if (auto* const secure = dynamic_cast<DcmTLSSCU*>(&scu);
-      secure != nullptr && secure->setTLSProfile(TSP_Profile_BCP195_ND).bad()) {
-    return Error{ErrorCode::kUnavailable,
-                 "TLS 1.2 cannot be chosen, expected OpenSSL with DICOM's cipher suites"};
+  if (const OFCondition ready = scu.initNetwork(); ready.bad()) return not_open(peer, ready);
+  if (association.tls_) {
+    if (const OFCondition used = scu.use_transport(*association.tls_); used.bad())
+      return not_open(peer, used);
   }
   if (const OFCondition agreed = scu.negotiateAssociation(); agreed.bad()) return not_open(peer, agreed);
-  return Association(std::move(*made));
+  return association;
 }
 
 Association::~Association() {

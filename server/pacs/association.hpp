@@ -3,7 +3,7 @@
 
 // DCMTK's first header must come first.
 #include <dcmtk/config/osconfig.h>
-#include <dcmtk/dcmnet/scu.h>
+#include <dcmtk/dcmtls/tlslayer.h>
 
 #include <memory>
 #include <string>
@@ -12,14 +12,16 @@
 
 #include "proto/base/result.hpp"
 #include "server/pacs/dicom_peer.hpp"
+#include "server/pacs/dicom_scu.hpp"
 
 namespace fanlight {
 
 /// What the association is for: a SOP class, and the transfer syntaxes that can be sent.
 using DicomContext = std::pair<std::string, std::vector<std::string>>;
 
-/// An open association with a peer, by DCMTK; it is released when it is destroyed. One thread. Each call to
-/// `scu()` may wait for as long as the peer may be silent: 10 s to connect, 60 s for an answer.
+/// An open association with a peer, by DCMTK; it is released when it is destroyed. With TLS, of version 1.2
+/// or later (the Non-Downgrading BCP 195 profile of PS3.15, B.10). One thread. Each call to `scu()` may wait
+/// for as long as the peer may be silent: 10 s to connect, 60 s to agree, 10 minutes to store an object.
 class Association {
  public:
   /// kUnavailable: the peer cannot be reached, its certificate is not accepted, or it refuses this program's
@@ -30,12 +32,13 @@ class Association {
   Association& operator=(Association&&) = delete;
   ~Association();
 
-  DcmSCU& scu() { return *scu_; }
+  DicomScu& scu() { return *scu_; }
 
  private:
-  explicit Association(std::unique_ptr<DcmSCU> scu) : scu_(std::move(scu)) {}
+  Association() : scu_(std::make_unique<DicomScu>()) {}
 
-  std::unique_ptr<DcmSCU> scu_;
+  std::unique_ptr<DcmTLSTransportLayer> tls_;  // outlives what uses it
+  std::unique_ptr<DicomScu> scu_;
 };
 
 }  // namespace fanlight

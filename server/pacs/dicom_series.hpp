@@ -10,7 +10,8 @@ namespace fanlight {
 
 /// A series for the pictures and clips of one call or one session.
 struct DicomSeries {
-  DicomIdentity identity;  ///< with a study_uid
+  DicomIdentity identity;     ///< with a study_uid
+  bool begins_study = false;  ///< the study is new, and begins now
   std::string series_uid;
   std::uint32_t next_instance = 1;
 

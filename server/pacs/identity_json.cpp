@@ -7,6 +7,7 @@
 #include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <ranges>
 #include <string_view>
 
 #include "proto/base/printable.hpp"
@@ -24,8 +25,25 @@ struct Row {
   std::string_view expected;
 };
 
+/// Characters of UTF-8, not bytes.
+std::size_t characters_of(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
+
 bool is_text(std::string_view text) {
   return is_printable(text) && text.find('\\') == std::string_view::npos;
+}
+
+/// Groups for letters, ideographs and sounds, of at most 64 characters each (PS3.5, 6.2, VR PN).
+bool is_name(std::string_view text) {
+  constexpr std::size_t kMostGroups = 3;
+  constexpr std::size_t kMostInGroup = 64;
+  std::size_t groups = 0;
+  for (const auto group : std::views::split(text, '=')) {
+    if (++groups > kMostGroups || characters_of({group.begin(), group.end()}) > kMostInGroup) return false;
+  }
+  return is_text(text);
 }
 
 bool is_date(std::string_view text) {
@@ -41,9 +59,11 @@ bool is_uid(std::string_view text) {
 }
 
 constexpr std::string_view kText = "text without control characters and backslashes";
+constexpr std::string_view kName = "up to three groups of 64 characters, without backslashes";
+constexpr std::size_t kMostInName = 194;
 
 constexpr std::array kRows = {
-    Row{"patient_name", &DicomIdentity::patient_name, 64, is_text, kText},
+    Row{"patient_name", &DicomIdentity::patient_name, kMostInName, is_name, kName},
     Row{"patient_id", &DicomIdentity::patient_id, 64, is_text, kText},
     Row{"issuer_of_patient_id", &DicomIdentity::issuer_of_patient_id, 64, is_text, kText},
     Row{"birth_date", &DicomIdentity::birth_date, 8, is_date, "YYYYMMDD"},
@@ -52,19 +72,23 @@ constexpr std::array kRows = {
     Row{"study_uid", &DicomIdentity::study_uid, 64, is_uid, "digits and dots"},
     Row{"study_id", &DicomIdentity::study_id, 16, is_text, kText},
     Row{"study_description", &DicomIdentity::study_description, 64, is_text, kText},
-    Row{"referring_physician", &DicomIdentity::referring_physician, 64, is_text, kText},
+    Row{"referring_physician", &DicomIdentity::referring_physician, kMostInName, is_name, kName},
     Row{"requested_procedure_id", &DicomIdentity::requested_procedure_id, 16, is_text, kText},
     Row{"scheduled_step_id", &DicomIdentity::scheduled_step_id, 16, is_text, kText},
 };
 
-/// Characters of UTF-8, not bytes.
-std::size_t characters_of(std::string_view text) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
 Error wrong(std::string_view sentence) {
   return {ErrorCode::kInvalidArgument, fmt::format("the identity of the patient: {}", sentence)};
+}
+
+Result<void> check_field(const Row& row, std::string_view text) {
+  if (text.empty()) return {};
+  if (characters_of(text) > row.most_characters)
+    return wrong(
+        fmt::format("{} is too long, expected at most {} characters", row.name, row.most_characters));
+  if (!row.allows(text))
+    return wrong(fmt::format("{} is not as DICOM wants it, expected {}", row.name, row.expected));
+  return {};
 }
 
 Result<void> take_field(const std::string& name, const nlohmann::json& value, DicomIdentity& identity) {
@@ -76,13 +100,8 @@ Result<void> take_field(const std::string& name, const nlohmann::json& value, Di
   }
   if (!value.is_string()) return wrong(fmt::format("{} is no text, expected {}", name, row->expected));
   const auto& text = value.get_ref<const std::string&>();
-  if (text.empty()) return {};
-  if (characters_of(text) > row->most_characters)
-    return wrong(fmt::format("{} is too long, expected at most {} characters", name, row->most_characters));
-  if (!row->allows(text))
-    return wrong(fmt::format("{} is not as DICOM wants it, expected {}", name, row->expected));
   identity.*row->member = text;
-  return {};
+  return check_field(*row, text);
 }
 
 }  // namespace
@@ -93,6 +112,13 @@ nlohmann::json identity_json(const DicomIdentity& identity) {
     if (const std::string& value = identity.*row.member; !value.empty()) json[std::string(row.name)] = value;
   }
   return json;
+}
+
+Result<void> check_identity(const DicomIdentity& identity) {
+  for (const Row& row : kRows) {
+    if (auto field = check_field(row, identity.*row.member); !field) return field;
+  }
+  return {};
 }
 
 Result<DicomIdentity> parse_identity(const nlohmann::json& json) {

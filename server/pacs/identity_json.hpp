@@ -13,6 +13,9 @@ namespace fanlight {
 /// The known fields, by the names of DicomIdentity.
 nlohmann::json identity_json(const DicomIdentity& identity);
 
+/// kInvalidArgument: a field has what DICOM cannot hold. The sentence names the field and never its value.
+Result<void> check_identity(const DicomIdentity& identity);
+
 /// Reads an object with some of these fields. Other names are refused, and so is what DICOM cannot hold.
 /// kInvalidArgument; the sentence names the field and never its value.
 Result<DicomIdentity> parse_identity(const nlohmann::json& json);

@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+#include <string>
+#include <string_view>
+
 #include "proto/base/printable.hpp"
 #include "proto/images/image_library.hpp"
 #include "server/pacs/series_object.hpp"
@@ -16,8 +20,12 @@ constexpr std::size_t kChannels = 3;
 
 void add_picture(DicomFields& fields, const PictureToSend& picture) {
   fields.text(DCM_ConversionType, "WSD");  // of a workstation
-  fields.text(DCM_LossyImageCompression, picture.was_lossy ? "01" : "00");
-  if (picture.was_lossy) fields.text(DCM_LossyImageCompressionMethod, "ISO_10918_1");
+  const bool was_lossy = picture.jpeg_ratio > 0;
+  fields.text(DCM_LossyImageCompression, was_lossy ? "01" : "00");
+  if (was_lossy) {
+    fields.text(DCM_LossyImageCompressionRatio, fmt::format("{:.2f}", picture.jpeg_ratio));
+    fields.text(DCM_LossyImageCompressionMethod, "ISO_10918_1");
+  }
   fields.whole(DCM_SamplesPerPixel, kChannels);
   fields.text(DCM_PhotometricInterpretation, "RGB");
   fields.whole(DCM_PlanarConfiguration, 0);
@@ -28,6 +36,21 @@ void add_picture(DicomFields& fields, const PictureToSend& picture) {
   fields.whole(DCM_HighBit, 7);
   fields.whole(DCM_PixelRepresentation, 0);
   fields.bytes(DCM_PixelData, picture.rgb);
+}
+
+/// The formats of which it is known what they have lost.
+enum class PictureFormat : std::uint8_t { kUnknown, kLossless, kJpeg };
+
+PictureFormat format_of(const std::filesystem::path& path) {
+  using namespace std::string_view_literals;
+  std::string head(8, '\0');
+  std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (head.starts_with("\xFF\xD8\xFF")) return PictureFormat::kJpeg;
+  const bool is_pnm = head[0] == 'P' && head[1] >= '1' && head[1] <= '6';
+  for (const std::string_view magic : {"\x89PNG"sv, "BM"sv, "II*\0"sv, "MM\0*"sv}) {
+    if (head.starts_with(magic)) return PictureFormat::kLossless;
+  }
+  return is_pnm ? PictureFormat::kLossless : PictureFormat::kUnknown;
 }
 
 /// RGB of pixels with any number of channels, of 8 bits.
@@ -71,8 +94,11 @@ Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::pat
   const std::string name = printable(path.string());
   const auto wrong = [&](std::string_view problem) {
     return Error{ErrorCode::kBadInput,
-                 fmt::format("{}: {}, expected a picture, such as PNG or JPEG", name, problem)};
+                 fmt::format("{}: {}, expected a picture: PNG, JPEG, TIFF, BMP or PNM", name, problem)};
   };
+  const PictureFormat format = format_of(path);
+  if (format == PictureFormat::kUnknown)
+    return wrong("its format is not one of which it is known what it has lost");
   const auto library = image_library();
   if (!library) return library.error();
   const auto reader = (*library)->open(path.string());
@@ -90,12 +116,17 @@ Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::pat
                                    static_cast<std::size_t>(shape.height) * channels);
   if (auto read = (*reader)->read(1, values); !read) return wrong(printable(read.error().message));
   const std::vector<std::uint8_t> rgb = rgb_of(values, channels);
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  double jpeg_ratio = 0;
+  if (format == PictureFormat::kJpeg) {
+    std::error_code gone;
+    const auto bytes = std::filesystem::file_size(path, gone);
+    if (gone) return wrong(gone.message());
+    jpeg_ratio = static_cast<double>(values.size()) / static_cast<double>(bytes);
+  }
   return picture_object({.width = static_cast<std::uint32_t>(shape.width),
                          .height = static_cast<std::uint32_t>(shape.height),
                          .rgb = rgb,
-                         .was_lossy = ending == ".jpg" || ending == ".jpeg"},
+                         .jpeg_ratio = jpeg_ratio},
                         series);
 }
 

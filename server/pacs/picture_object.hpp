@@ -16,7 +16,7 @@ struct PictureToSend {
   std::uint32_t width = 0;            ///< 1 to 65535
   std::uint32_t height = 0;           ///< 1 to 65535
   std::span<const std::uint8_t> rgb;  ///< height x width x 3, row major
-  bool was_lossy = false;             ///< it was compressed with loss before, as JPEG is
+  double jpeg_ratio = 0;              ///< by how much JPEG had compressed it; 0: it lost nothing
 };
 
 /// The bytes of a DICOM file: Secondary Capture Image (PS3.3 A.8.1), uncompressed RGB, explicit little
@@ -26,7 +26,8 @@ struct PictureToSend {
 Result<std::vector<std::uint8_t>> picture_object(const PictureToSend& picture, DicomSeries& series);
 
 /// Reads a picture file by the image library, and makes such an object of it. Grey and alpha become RGB on
-/// black. kBadInput, kInvalidArgument, kUnavailable.
+/// black. kBadInput: not PNG, BMP, PNM, TIFF or JPEG by its first bytes, of which it is known what they have
+/// lost. kInvalidArgument, kUnavailable.
 Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::path& path, DicomSeries& series);
 
 }  // namespace fanlight

@@ -14,13 +14,14 @@ namespace fanlight {
 
 namespace {
 
-void add_times(DicomFields& fields) {
+/// `begins_study`: else the study is that of an order, and began when only the scanner knows.
+void add_times(DicomFields& fields, bool begins_study) {
   const auto now = fmt::gmtime(std::time(nullptr));
   const std::string date = fmt::format("{:%Y%m%d}", now);
   const std::string time = fmt::format("{:%H%M%S}", now);
   fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
-  fields.text(DCM_StudyDate, date);
-  fields.text(DCM_StudyTime, time);
+  fields.text(DCM_StudyDate, begins_study ? date : "");
+  fields.text(DCM_StudyTime, begins_study ? time : "");
   fields.text(DCM_ContentDate, date);
   fields.text(DCM_ContentTime, time);
 }
@@ -28,15 +29,18 @@ void add_times(DicomFields& fields) {
 }  // namespace
 
 DicomSeries DicomSeries::begin(DicomIdentity identity) {
-  if (identity.study_uid.empty()) identity.study_uid = new_dicom_uid(SITE_STUDY_UID_ROOT);
-  return {.identity = std::move(identity), .series_uid = new_dicom_uid(SITE_SERIES_UID_ROOT)};
+  const bool begins_study = identity.study_uid.empty();
+  if (begins_study) identity.study_uid = new_dicom_uid(SITE_STUDY_UID_ROOT);
+  return {.identity = std::move(identity),
+          .begins_study = begins_study,
+          .series_uid = new_dicom_uid(SITE_SERIES_UID_ROOT)};
 }
 
 void begin_object(DicomFields& fields, const char* sop_class, DicomSeries& series) {
   fields.text(DCM_SOPClassUID, sop_class);
   fields.text(DCM_SOPInstanceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
   add_identity(fields, series.identity);
-  add_times(fields);
+  add_times(fields, series.begins_study);
   fields.text(DCM_Modality, "US");
   fields.text(DCM_SeriesInstanceUID, series.series_uid);
   fields.text(DCM_SeriesNumber, "1");

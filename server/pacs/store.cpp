@@ -6,99 +6,132 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <initializer_list>
+#include <string_view>
 
 #include "proto/base/printable.hpp"
+#include "server/pacs/dicom_file.hpp"
 
 namespace fanlight {
 
 namespace {
 
-/// Statuses of a C-STORE response (PS3.4, table B.2-1).
-constexpr Uint16 kNoRoom = 0xA700;    // to 0xA7FF
-constexpr Uint16 kWarnings = 0xB000;  // to 0xBFFF: stored, with changes
-constexpr Uint16 kNotAuthorized = 0x0124;
-constexpr Uint16 kProcessingFailure = 0x0110;
+using State = StoreOutcome::State;
 
 constexpr std::string_view kNotAccepted = "it does not accept objects of this kind, or not in this encoding";
+
+/// A file's object, as its head describes it.
+struct ObjectHead {
+  DicomContext context;
+  StoreOutcome problem;  ///< kNotTried where there is none
+};
+
+ObjectHead refused(const std::filesystem::path& path, std::string_view problem) {
+  return {.context = {},
+          .problem = {State::kRefused, fmt::format("{} {}", printable(path.string()), problem)}};
+}
 
 bool is_uncompressed(const std::string& syntax) {
   return syntax == UID_LittleEndianExplicitTransferSyntax || syntax == UID_LittleEndianImplicitTransferSyntax;
 }
 
-/// The contexts in which the file's object can be sent.
-Result<DicomContext> context_of(const std::filesystem::path& path) {
+ObjectHead head_of(const std::filesystem::path& path) {
+  const auto is_dicom = is_dicom_file(path);
+  if (!is_dicom) return {.context = {}, .problem = {State::kNotSent, is_dicom.error().message}};
   DcmMetaInfo head;
   std::string sop_class;
   std::string syntax;
   OFString value;
-  const OFCondition loaded = head.loadFile(path.c_str());
-  if (loaded.good() && head.findAndGetOFString(DCM_MediaStorageSOPClassUID, value).good())
-    sop_class = value.c_str();
-  if (loaded.good() && head.findAndGetOFString(DCM_TransferSyntaxUID, value).good()) syntax = value.c_str();
-  if (sop_class.empty() || syntax.empty()) {
-    return Error{
-        ErrorCode::kBadInput,
-        fmt::format("{} is not DICOM, expected a file with its meta information", printable(path.string()))};
+  const bool loaded = *is_dicom && head.loadFile(path.c_str()).good();
+  if (loaded && head.findAndGetOFString(DCM_MediaStorageSOPClassUID, value).good()) sop_class = value.c_str();
+  if (loaded && head.findAndGetOFString(DCM_TransferSyntaxUID, value).good()) syntax = value.c_str();
+  if (sop_class.empty() || syntax.empty())
+    return refused(path, "is not DICOM, expected a file with its meta information");
+  if (!is_uncompressed(syntax)) return {.context = {sop_class, {syntax}}, .problem = {}};
+  return {.context = {sop_class,
+                      {UID_LittleEndianExplicitTransferSyntax, UID_LittleEndianImplicitTransferSyntax}},
+          .problem = {}};
+}
+
+/// The presentation context that the peer has accepted for the object; 0: none.
+T_ASC_PresentationContextID accepted(DicomScu& scu, const DicomContext& context) {
+  for (const std::string& syntax : context.second) {
+    const auto id = scu.findPresentationContextID(context.first.c_str(), syntax.c_str());
+    if (id != 0) return id;
   }
-  if (is_uncompressed(syntax))
-    return DicomContext{sop_class,
-                        {UID_LittleEndianExplicitTransferSyntax, UID_LittleEndianImplicitTransferSyntax}};
-  return DicomContext{sop_class, {syntax}};
+  return 0;
 }
 
-StoreOutcome outcome_of(Uint16 status) {
-  using State = StoreOutcome::State;
-  if (status == STATUS_Success) return {.state = State::kStored};
-  const auto masked = static_cast<Uint16>(status & 0xFF00);
-  if ((status & 0xF000) == kWarnings)
-    return {State::kStored, fmt::format("stored with a warning, status {:#06x}", status)};
-  if (masked == kNoRoom) return {State::kNotSent, fmt::format("it has no room, status {:#06x}", status)};
-  if (status == kNotAuthorized || status == kProcessingFailure)
-    return {State::kNotSent, fmt::format("it cannot store now, status {:#06x}", status)};
-  return {State::kRefused, fmt::format("it refuses the object, status {:#06x}", status)};
-}
-
-StoreOutcome store_file(DcmSCU& scu, const std::filesystem::path& path, const DicomContext& context) {
-  using State = StoreOutcome::State;
-  const auto id = scu.findAnyPresentationContextID(context.first.c_str(), context.second.front().c_str());
+/// What would fail before a byte is sent is found here, so that any later failure is one of the connection.
+StoreOutcome store_file(DicomScu& scu, const std::filesystem::path& path, const DicomContext& context) {
+  const auto id = accepted(scu, context);
   if (id == 0) return {State::kRefused, std::string(kNotAccepted)};
   DcmFileFormat file;
   if (const OFCondition read = file.loadFile(path.c_str()); read.bad())
-    return {State::kRefused, fmt::format("the file cannot be read ({})", printable(read.text()))};
+    return refused(path, fmt::format("cannot be read ({}), expected DICOM", printable(read.text()))).problem;
+  DcmDataset& object = *file.getDataset();
+  OFString value;
+  if (object.findAndGetOFString(DCM_SOPInstanceUID, value).bad() || value.empty())
+    return refused(path, "has no SOP Instance UID, expected one").problem;
+  if (object.findAndGetOFString(DCM_SOPClassUID, value).bad() || value.c_str() != context.first)
+    return refused(path, "has another SOP class than its head, expected the same").problem;
   Uint16 status = 0;
-  const OFCondition sent = scu.sendSTORERequest(id, "", file.getDataset(), status);
-  if (sent.bad()) return {State::kNotSent, fmt::format("the connection broke ({})", printable(sent.text()))};
-  return outcome_of(status);
+  const OFCondition sent = scu.sendSTORERequest(id, "", &object, status);
+  if (sent.good()) return outcome_of_status(status);
+  (void)scu.abortAssociation();
+  return {State::kNotSent, fmt::format("the connection broke ({})", printable(sent.text()))};
 }
 
 }  // namespace
 
+StoreOutcome outcome_of_status(std::uint16_t status) {
+  const auto is_one_of = [status](std::initializer_list<unsigned> statuses) {
+    return std::ranges::find(statuses, unsigned{status}) != statuses.end();
+  };
+  constexpr unsigned kWarnings = 0xB000;      // to 0xBFFF
+  constexpr unsigned kNoRoom = 0xA700;        // to 0xA7FF
+  constexpr unsigned kHasItAlready = 0x0111;  // stored, and the answer to that was lost
+  if (status == 0) return {State::kStored, ""};
+  if (status == kHasItAlready) return {State::kStored, "it had the object already"};
+  if ((status & 0xF000U) == kWarnings || is_one_of({0x0001, 0x0107, 0x0116}))
+    return {State::kStored, fmt::format("stored with a warning, status {:#06x}", status)};
+  if ((status & 0xFF00U) == kNoRoom)
+    return {State::kNotSent, fmt::format("it has no room, status {:#06x}", status)};
+  // Processing failure, not authorized, resource limitation.
+  if (is_one_of({0x0110, 0x0124, 0x0213}))
+    return {State::kNotSent, fmt::format("it cannot store now, status {:#06x}", status)};
+  return {State::kRefused, fmt::format("it refuses the object, status {:#06x}", status)};
+}
+
 Result<std::vector<StoreOutcome>> store_files(const DicomPeer& peer,
-                                              std::span<const std::filesystem::path> files) {
-  using State = StoreOutcome::State;
-  std::vector<Result<DicomContext>> of_files;
+                                              std::span<const std::filesystem::path> files,
+                                              const std::atomic<bool>& stop) {
+  std::vector<ObjectHead> heads;
   std::vector<DicomContext> contexts;
   for (const std::filesystem::path& path : files) {
-    of_files.push_back(context_of(path));
-    const auto& context = of_files.back();
-    if (context && std::ranges::find(contexts, *context) == contexts.end()) contexts.push_back(*context);
+    heads.push_back(head_of(path));
+    const ObjectHead& head = heads.back();
+    const bool can_be_sent = head.problem.state == State::kNotTried;
+    if (can_be_sent && std::ranges::find(contexts, head.context) == contexts.end())
+      contexts.push_back(head.context);
   }
   std::vector<StoreOutcome> outcomes;
   if (contexts.empty()) {
-    for (const auto& context : of_files) outcomes.push_back({State::kRefused, context.error().message});
+    for (ObjectHead& head : heads) outcomes.push_back(std::move(head.problem));
     return outcomes;
   }
   auto association = Association::open(peer, contexts);
   if (!association && association.error().code != ErrorCode::kUnsupported) return association.error();
   for (std::size_t at = 0; at < files.size(); ++at) {
-    if (!of_files[at]) {
-      outcomes.push_back({State::kRefused, of_files[at].error().message});
+    ObjectHead& head = heads[at];
+    if (head.problem.state != State::kNotTried) {
+      outcomes.push_back(std::move(head.problem));
     } else if (!association) {
       outcomes.push_back({State::kRefused, std::string(kNotAccepted)});
-    } else if (association->scu().isConnected()) {
-      outcomes.push_back(store_file(association->scu(), files[at], *of_files[at]));
+    } else if (association->scu().isConnected() && !stop) {
+      outcomes.push_back(store_file(association->scu(), files[at], head.context));
     } else {
-      outcomes.push_back({State::kNotSent, "the connection had broken before"});
+      outcomes.emplace_back();
     }
   }
   return outcomes;

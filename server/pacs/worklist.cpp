@@ -6,7 +6,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
+#include <cstdint>
+#include <utility>
 
 #include "proto/base/printable.hpp"
 #include "proto/dicom/dataset_fields.hpp"
@@ -58,18 +59,18 @@ void add_keys(DicomFields& fields, const WorklistQuery& query) {
     step.empty(key);
 }
 
-/// A text of the peer's; empty where it has none, or one that could deceive on a screen.
+/// A text of the peer's; empty where it has none.
 std::string text_of(DcmItem& item, const DcmTagKey& key) {
   OFString value;
   if (item.findAndGetOFStringArray(key, value).bad()) return "";
   std::string text(value.c_str());
   while (text.ends_with(' ')) text.pop_back();
-  return printable(text);
+  return text;
 }
 
 WorklistEntry entry_of(DcmDataset& dataset) {
-  (void)dataset.convertToUTF8();
   WorklistEntry entry;
+  entry.has_unknown_characters = dataset.convertToUTF8().bad();
   for (const auto& [key, member] : identity_keys()) entry.identity.*member = text_of(dataset, key);
   DcmItem* step = nullptr;
   if (dataset.findAndGetSequenceItem(DCM_ScheduledProcedureStepSequence, step).bad() || step == nullptr)
@@ -82,15 +83,20 @@ WorklistEntry entry_of(DcmDataset& dataset) {
   return entry;
 }
 
-/// The responses, which DCMTK leaves to its caller.
-struct Responses {
-  OFList<QRResponse*> list;
+/// What has come of an answer.
+struct Answer {
+  std::vector<WorklistEntry> entries;
+  bool too_many = false;
+  std::uint16_t failure = 0;  ///< status; 0: none
 
-  Responses() = default;
-  Responses(const Responses&) = delete;
-  Responses& operator=(const Responses&) = delete;
-  ~Responses() {
-    for (QRResponse* response : list) delete response;  // NOLINT(cppcoreguidelines-owning-memory)
+  /// Whether more responses are wanted.
+  bool take(QRResponse& response) {
+    const bool pending = DICOM_PENDING_STATUS(response.m_status);
+    if (!pending && response.m_status != STATUS_Success) failure = response.m_status;
+    if (!pending || response.m_dataset == nullptr) return true;
+    too_many = entries.size() == kMostEntries;
+    if (!too_many) entries.push_back(entry_of(*response.m_dataset));
+    return !too_many;
   }
 };
 
@@ -101,7 +107,7 @@ Result<std::vector<WorklistEntry>> find_worklist(const DicomPeer& peer, const Wo
   auto association = Association::open(
       peer, {{model, {UID_LittleEndianExplicitTransferSyntax, UID_LittleEndianImplicitTransferSyntax}}});
   if (!association) return association.error();
-  DcmSCU& scu = association->scu();
+  DicomScu& scu = association->scu();
   const auto failed = [&](std::string_view problem) {
     return Error{ErrorCode::kBadInput, fmt::format("{}: {}, expected a worklist", shown(peer), problem)};
   };
@@ -110,24 +116,18 @@ Result<std::vector<WorklistEntry>> find_worklist(const DicomPeer& peer, const Wo
   DicomFields fields(keys, incomplete);
   add_keys(fields, query);
   if (incomplete) return failed("the query cannot be made");
-  Responses responses;
+  Answer answer;
+  scu.take_response = [&answer](QRResponse& response) { return answer.take(response); };
   const auto id = scu.findAnyPresentationContextID(model.c_str(), UID_LittleEndianExplicitTransferSyntax);
-  if (const OFCondition found = scu.sendFINDRequest(id, &keys, &responses.list); found.bad())
-    return failed(fmt::format("no answer to the query ({})", printable(found.text())));
-  std::vector<WorklistEntry> entries;
-  for (QRResponse* response : responses.list) {
-    const bool pending = DICOM_PENDING_STATUS(response->m_status);
-    if (!pending && response->m_status != STATUS_Success)
-      return failed(fmt::format("it reports a failure, status {:#06x}", response->m_status));
-    if (!pending || response->m_dataset == nullptr) continue;
-    if (entries.size() == kMostEntries)
-      return failed(fmt::format("it has more than {} entries, expected a narrower query", kMostEntries));
-    entries.push_back(entry_of(*response->m_dataset));
-  }
-  std::ranges::stable_sort(entries, {}, [](const WorklistEntry& entry) {
+  const OFCondition found = scu.sendFINDRequest(id, &keys, nullptr);
+  if (answer.too_many)
+    return failed(fmt::format("it has more than {} entries, expected a narrower query", kMostEntries));
+  if (found.bad()) return failed(fmt::format("no answer to the query ({})", printable(found.text())));
+  if (answer.failure != 0) return failed(fmt::format("it reports a failure, status {:#06x}", answer.failure));
+  std::ranges::stable_sort(answer.entries, {}, [](const WorklistEntry& entry) {
     return std::pair{entry.date, entry.time};
   });
-  return entries;
+  return std::move(answer.entries);
 }
 
 }  // namespace fanlight

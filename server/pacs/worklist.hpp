@@ -19,13 +19,14 @@ struct WorklistQuery {
   std::string accession_number;  ///< wildcards * and ?
 };
 
-/// A scheduled examination.
+/// A scheduled examination. Its texts are UTF-8 and as the peer has them: printable() is for screens.
 struct WorklistEntry {
   DicomIdentity identity;
   std::string date;  ///< YYYYMMDD
   std::string time;  ///< HHMMSS
   std::string step_description;
   std::string station_title;
+  bool has_unknown_characters = false;  ///< it is in a character set that is not known; texts are not UTF-8
 };
 
 /// Asks a modality worklist (C-FIND, PS3.4 K), and returns at most 500 entries, in the order of their dates

@@ -64,6 +64,11 @@ TEST(Identity, CountsCharactersAndNotBytes) {
   for (int count = 0; count < 64; ++count) name += "ä";
   EXPECT_TRUE(parse_identity({{"patient_name", name}}));
   EXPECT_FALSE(parse_identity({{"patient_name", name + "ä"}}));
+  EXPECT_TRUE(parse_identity({{"patient_name", name + "=" + name + "=" + name}})) << "of each group";
+  EXPECT_FALSE(parse_identity({{"patient_name", "a=b=c=d"}}));
+  EXPECT_FALSE(check_identity({.patient_name = name + "ä"}));
+  EXPECT_FALSE(check_identity({.sex = "U"}));
+  EXPECT_TRUE(check_identity({}));
 }
 
 }  // namespace
