@@ -6,7 +6,7 @@
 
 namespace fanlight {
 
-/// SIGINT, SIGTERM and SIGHUP, taken by the main thread when it asks. Made before other threads, which
+/// SIGINT, SIGTERM and SIGHUP, taken by the thread that asks. Made before other threads, which
 /// inherit it.
 class EndSignals {
  public:

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "proto/base/result.hpp"
-#include "server/pacs/dicom_peer.hpp"
+#include "server/pacs/archive.hpp"
 
 namespace fanlight {
 
@@ -16,6 +16,7 @@ struct PacsOptions {
   std::string ca_file;
   std::string certificate_file;
   std::string key_file;
+  std::string http_login;  ///< a file; with a URL only
 
   /// Adds them except the peer, which each command names in its own way. `this` must live as long as the
   /// command.
@@ -23,6 +24,9 @@ struct PacsOptions {
 
   /// kInvalidArgument.
   Result<DicomPeer> dicom_peer() const;
+
+  /// An archive by the peer's title or by a URL. kInvalidArgument.
+  Result<Archive> archive() const;
 };
 
 }  // namespace fanlight

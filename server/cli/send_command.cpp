@@ -24,7 +24,6 @@
 #include "server/pacs/identity_json.hpp"
 #include "server/pacs/outbox.hpp"
 #include "server/pacs/picture_object.hpp"
-#include "server/pacs/store.hpp"
 
 namespace fanlight {
 
@@ -48,7 +47,8 @@ constexpr long kLookMs = 1'000;  // for new files in the queue
 class TemporaryQueue {
  public:
   TemporaryQueue() {
-    std::string name = (std::filesystem::temp_directory_path() / "fanlight-send-XXXXXX").string();
+    std::error_code ignored;  // without a path, the queue cannot be opened
+    std::string name = (std::filesystem::temp_directory_path(ignored) / "fanlight-send-XXXXXX").string();
     if (mkdtemp(name.data()) != nullptr) path_ = name;
   }
   TemporaryQueue(const TemporaryQueue&) = delete;
@@ -75,16 +75,16 @@ Result<std::optional<std::vector<std::uint8_t>>> object_of(const std::string& fi
   return std::optional(std::move(*object));
 }
 
-/// Adds the files one by one; what was added before a failure stays in `added`.
-Result<void> add_each(Outbox& outbox, const SendOptions& options, DicomSeries& series,
-                      const std::atomic<bool>& stop, std::vector<std::filesystem::path>& added) {
+/// Stages the files one by one; what was staged before a failure stays in `staged`.
+Result<void> stage_each(Outbox& outbox, const SendOptions& options, DicomSeries& series,
+                        const std::atomic<bool>& stop, std::vector<std::filesystem::path>& staged) {
   for (const std::string& file : options.files) {
     if (stop) return Error{ErrorCode::kUnavailable, "ended by a signal"};
     const auto object = object_of(file, series);
     if (!object) return object.error();
-    auto path = *object ? outbox.add(**object) : outbox.add_file(file);
+    auto path = *object ? outbox.stage(**object) : outbox.stage_file(file);
     if (!path) return path.error();
-    added.push_back(std::move(*path));
+    staged.push_back(std::move(*path));
   }
   return {};
 }
@@ -102,13 +102,13 @@ Result<void> put_in(Outbox& outbox, const SendOptions& options, const std::atomi
     const std::vector<std::filesystem::path> frames(options.files.begin(), options.files.end());
     const auto object = clip_object(frames, options.clip_rate, series);
     if (!object) return object.error();
-    const auto path = outbox.add(*object);
-    return path ? Result<void>() : path.error();
+    const auto path = outbox.stage(*object);
+    return path ? outbox.publish({&*path, 1}) : path.error();
   }
-  std::vector<std::filesystem::path> added;
-  auto all = add_each(outbox, options, series, stop, added);
-  if (all) return all;
-  outbox.take_back(added);
+  std::vector<std::filesystem::path> staged;
+  const auto all = stage_each(outbox, options, series, stop, staged);
+  if (all) return outbox.publish(staged);
+  Outbox::discard(staged);
   const std::string_view none = options.files.size() > 1 ? "; none of the files was sent" : "";
   return Error{all.error().code, fmt::format("{}{}", all.error().message, none)};
 }
@@ -165,7 +165,7 @@ Result<void> send_once(Outbox& outbox, const SendOptions& options, const EndRequ
     if (!options.json) fmt::print("note: {}\n", report.sentence);
     return {};
   }
-  const auto report = outbox.send(end.asked());
+  const auto report = outbox.send(Outbox::Which::kAll, end.asked());
   const std::uint64_t waiting = outbox.waiting();
   if (!report) return not_all(options, report.error(), waiting, false);
   print_report(options, *report, waiting);
@@ -176,17 +176,20 @@ Result<void> send_once(Outbox& outbox, const SendOptions& options, const EndRequ
   return not_all(options, {ErrorCode::kUnavailable, why}, waiting, report->refused > 0);
 }
 
-/// Waits until the next attempt: for a while after a failure, but no longer than for a new file where the
-/// archive had answered. Whether a signal came.
-bool wait_for_work(const Outbox& outbox, const EndRequest& end, long pause_ms, bool reached) {
-  for (long waited_ms = 0; waited_ms < pause_ms; waited_ms += kLookMs) {
-    if (end.wait_ms(kLookMs)) return true;
-    if (reached && outbox.has_untried()) return false;
-  }
-  return false;
+/// Sends, and reports what has changed since `said`. Whether the archive can be asked for new files.
+bool send_and_say(Outbox& outbox, Outbox::Which which, const SendOptions& options, const EndRequest& end,
+                  std::string& said) {
+  const auto report = outbox.send(which, end.asked());
+  const std::string sentence = report ? report->sentence : report.error().message;
+  if (report && report->stored + report->refused > 0) print_report(options, *report, outbox.waiting());
+  if (!sentence.empty() && sentence != said) fmt::print(stderr, "fanlight send: {}\n", sentence);
+  said = sentence;
+  (void)std::fflush(stdout);
+  return report && report->reached;
 }
 
-/// Sends what comes into the queue until a signal; waits longer and longer for an archive that is absent.
+/// Sends what comes into the queue until a signal. What fails is tried again after longer and longer pauses;
+/// what comes meanwhile is sent at once where the archive answers.
 Result<void> send_until_signal(Outbox& outbox, const SendOptions& options, const EndRequest& end) {
   const auto is_sender = outbox.become_sender();
   if (!is_sender) return is_sender.error();
@@ -196,44 +199,44 @@ Result<void> send_until_signal(Outbox& outbox, const SendOptions& options, const
                              printable(options.queue))};
   }
   long pause_ms = kFirstPauseMs;
+  long until_all_ms = 0;
+  bool reached = true;
   std::string said;
   while (!end.asked()) {
-    bool reached = true;
-    bool waits = false;
-    if (outbox.waiting() > 0) {
-      const auto report = outbox.send(end.asked());
-      const std::string sentence = report ? report->sentence : report.error().message;
-      reached = report && report->reached;
-      waits = outbox.waiting() > 0;
-      if (report && report->stored + report->refused > 0) {
-        print_report(options, *report, outbox.waiting());
-        pause_ms = kFirstPauseMs;
-      }
-      if (!sentence.empty() && sentence != said) fmt::print(stderr, "fanlight send: {}\n", sentence);
-      said = sentence;
-      (void)std::fflush(stdout);
+    if (outbox.waiting() == 0) {
+      pause_ms = kFirstPauseMs;
+      until_all_ms = 0;
+      reached = true;
+    } else if (until_all_ms <= 0) {
+      reached = send_and_say(outbox, Outbox::Which::kAll, options, end, said);
+      until_all_ms = pause_ms;
+      pause_ms = std::min(2 * pause_ms, kLongestPauseMs);
+    } else if (reached && outbox.has_untried()) {
+      reached = send_and_say(outbox, Outbox::Which::kUntried, options, end, said);
     }
-    if (wait_for_work(outbox, end, waits ? pause_ms : kLookMs, reached)) break;
-    pause_ms = waits ? std::min(2 * pause_ms, kLongestPauseMs) : kFirstPauseMs;
+    if (end.wait_ms(kLookMs)) break;
+    until_all_ms -= kLookMs;
   }
   return {};
 }
 
 Result<void> send(const SendOptions& options) {
-  const auto peer = options.pacs.dicom_peer();
-  if (!peer) return peer.error();
+  auto archive = options.pacs.archive();
+  if (!archive) return archive.error();
   if (options.files.empty() && options.queue.empty()) {
-    if (auto answered = check_echo(*peer); !answered) return answered;
-    fmt::print("{}: answers\n", shown(*peer));
+    if (auto answered = archive->check(); !answered) return answered;
+    fmt::print("{}: answers\n", archive->name);
     return {};
   }
   std::optional<TemporaryQueue> temporary;
   if (options.queue.empty()) temporary.emplace();
   const EndRequest end([&temporary] {
     if (temporary) temporary->remove();
-    fmt::print(stderr, "fanlight send: ended by a signal while the archive did not answer\n");
+    fmt::print(stderr, "fanlight send: ended by a signal, since what it was doing took over {} s\n",
+               EndRequest::kGraceMs / 1000);
   });
-  auto outbox = Outbox::open(temporary ? temporary->path() : std::filesystem::path(options.queue), *peer);
+  auto outbox =
+      Outbox::open(temporary ? temporary->path() : std::filesystem::path(options.queue), std::move(*archive));
   if (!outbox) return outbox.error();
   if (auto added = put_in(*outbox, options, end.asked()); !added) return added;
   return options.follow ? send_until_signal(*outbox, options, end) : send_once(*outbox, options, end);
@@ -250,7 +253,11 @@ Command add_send_command(CLI::App& program) {
           "Pictures, which become Secondary Capture images, and DICOM files, such as volumes of fanlight "
           "convert. Without one, what waits in the queue is sent, or the archive is asked for an echo")
       ->type_name("FILE");
-  command->add_option("--to", options->pacs.peer, "Archive, TITLE@HOST:PORT")->required()->type_name("PEER");
+  command
+      ->add_option("--to", options->pacs.peer,
+                   "Archive: TITLE@HOST:PORT, or the URL of a DICOMweb service, https://...")
+      ->required()
+      ->type_name("PEER");
   command
       ->add_option(
           "--patient", options->patient,
@@ -275,6 +282,10 @@ Command add_send_command(CLI::App& program) {
                  "is absent")
       ->needs(queue);
   command->add_flag("--json", options->json, "Print the report as JSON");
+  command
+      ->add_option("--http-login", options->pacs.http_login,
+                   "File with USER:PASSWORD or Bearer TOKEN for a DICOMweb service")
+      ->type_name("FILE");
   options->pacs.add_to(*command);
   return [options] { return send(*options); };
 }

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -73,6 +74,12 @@ Result<void> save_entry(const std::string& path, const std::vector<WorklistEntry
   }
   const auto identity = exact_identity(entries.front());
   if (!identity) return identity.error();
+  std::error_code unknown;
+  const auto status = std::filesystem::status(path, unknown);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} is no regular file, expected one or a new name", printable(path))};
+  }
   const std::string text = identity_json(*identity).dump(2) + "\n";
   const int failure = write_private_file(path, ExistingFile::kReplace, text);
   if (failure == 0) return {};

@@ -2,6 +2,7 @@
 #include "server/pacs/association.hpp"
 
 #include <dcmtk/dcmnet/cond.h>
+#include <dcmtk/dcmnet/dcmtrans.h>
 #include <fmt/format.h>
 
 #include "proto/base/printable.hpp"
@@ -13,8 +14,6 @@ namespace {
 
 constexpr int kConnectSeconds = 10;
 constexpr int kAgreeSeconds = 60;
-// An archive on slow disks is not given up on: what it stores after that, it would get a second time.
-constexpr int kAnswerSeconds = 600;
 
 /// A part of TLS that is not as it should be.
 Error not_prepared(const std::string& path, const OFCondition& problem, std::string_view expected) {
@@ -72,7 +71,8 @@ Error not_open(const DicomPeer& peer, const OFCondition& problem) {
 
 }  // namespace
 
-Result<Association> Association::open(const DicomPeer& peer, const std::vector<DicomContext>& contexts) {
+Result<Association> Association::open(const DicomPeer& peer, const std::vector<DicomContext>& contexts,
+                                      int answer_seconds) {
   silence_dicom_log();
   Association association;
   if (peer.tls) {
@@ -80,6 +80,7 @@ Result<Association> Association::open(const DicomPeer& peer, const std::vector<D
     if (!layer) return layer.error();
     association.tls_ = std::move(*layer);
   }
+  dcmSocketSendTimeout.set(answer_seconds);  // of every association of this program
   DicomScu& scu = association.scu();
   scu.setAETitle(peer.own_title.c_str());
   scu.setPeerAETitle(peer.called_title.c_str());
@@ -87,7 +88,7 @@ Result<Association> Association::open(const DicomPeer& peer, const std::vector<D
   scu.setPeerPort(peer.port);
   scu.setConnectionTimeout(kConnectSeconds);
   scu.setACSETimeout(kAgreeSeconds);
-  scu.setDIMSETimeout(kAnswerSeconds);
+  scu.setDIMSETimeout(static_cast<Uint32>(answer_seconds));
   scu.setDIMSEBlockingMode(DIMSE_NONBLOCKING);
   scu.setDatasetConversionMode(OFTrue);  // between the uncompressed transfer syntaxes
   for (const auto& [sop_class, syntaxes] : contexts) {

@@ -34,8 +34,12 @@ Result<DicomPeer> parse_dicom_peer(const std::string& text) {
   DicomPeer peer;
   peer.called_title = text.substr(0, at);
   peer.host = text.substr(at + 1, colon - at - 1);
-  if (peer.host.starts_with('[') && peer.host.ends_with(']'))
-    peer.host = peer.host.substr(1, peer.host.size() - 2);
+  // DCMTK 3.6.7 takes the last colon of an address for that of the port.
+  if (peer.host.find_first_of("[]:") != std::string::npos) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("\"{}\" has an IPv6 address, expected a name or an IPv4 address", printable(text))};
+  }
   const char* const end = text.data() + text.size();
   const auto [rest, problem] = std::from_chars(text.data() + colon + 1, end, peer.port);
   if (problem != std::errc{} || rest != end || peer.port == 0 || peer.host.empty()) return wrong();

@@ -20,7 +20,7 @@ struct DicomPeer {
   std::string key_file;          ///< PEM
 };
 
-/// Reads TITLE@HOST:PORT; an IPv6 address stands in brackets. kInvalidArgument.
+/// Reads TITLE@HOST:PORT; the host is a name or an IPv4 address. kInvalidArgument.
 Result<DicomPeer> parse_dicom_peer(const std::string& text);
 
 /// kInvalidArgument: not 1 to 16 printable ASCII characters without a backslash (PS3.5, VR AE).

@@ -7,7 +7,6 @@
 #include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <ranges>
 #include <string_view>
 
 #include "proto/base/printable.hpp"
@@ -39,11 +38,13 @@ bool is_text(std::string_view text) {
 bool is_name(std::string_view text) {
   constexpr std::size_t kMostGroups = 3;
   constexpr std::size_t kMostInGroup = 64;
-  std::size_t groups = 0;
-  for (const auto group : std::views::split(text, '=')) {
-    if (++groups > kMostGroups || characters_of({group.begin(), group.end()}) > kMostInGroup) return false;
+  std::string_view rest = text;
+  for (std::size_t groups = 1;; ++groups) {
+    const std::size_t end = rest.find('=');
+    if (groups > kMostGroups || characters_of(rest.substr(0, end)) > kMostInGroup) return false;
+    if (end == std::string_view::npos) return is_text(text);
+    rest.remove_prefix(end + 1);
   }
-  return is_text(text);
 }
 
 bool is_date(std::string_view text) {

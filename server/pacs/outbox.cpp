@@ -13,6 +13,8 @@
 #include <fstream>
 #include <random>
 #include <system_error>
+#include <tuple>
+#include <utility>
 
 #include "proto/base/file_replacement.hpp"
 #include "proto/base/printable.hpp"
@@ -23,6 +25,7 @@ namespace fanlight {
 namespace {
 
 constexpr std::string_view kEnding = ".dcm";
+constexpr std::string_view kTried = "tried-";
 constexpr std::size_t kMostInOneAssociation = 50;
 
 Error unwritable(const std::filesystem::path& folder, std::string_view reason) {
@@ -63,49 +66,88 @@ Result<void> make_private(const std::filesystem::path& folder) {
                            printable(folder.string()))};
 }
 
-/// A folder belongs to the first archive that it was used for.
-Result<void> bind_to(const std::filesystem::path& folder, const DicomPeer& peer) {
+/// The archive that a folder is for; empty: it was not used yet.
+Result<std::string> bound_to(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / "archive";
-  const int failure = write_private_file(path, ExistingFile::kKeep, shown(peer) + "\n");
-  if (failure == 0) return {};
-  if (failure != EEXIST) return unwritable(folder, std::generic_category().message(failure));
-  std::string first;
-  std::getline(std::ifstream(path), first);
-  if (first == shown(peer)) return {};
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("{} is the queue for {}, expected that archive or another folder; to send what "
-                           "waits elsewhere, remove its file \"archive\"",
-                           printable(folder.string()), printable(first))};
+  std::ifstream file(path);
+  const int failure = errno;
+  if (!file) {
+    if (failure == ENOENT) return std::string();
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} cannot be read ({}), expected the name of an archive",
+                             printable(path.string()), std::generic_category().message(failure))};
+  }
+  std::string name;
+  std::getline(file, name);
+  return name;
+}
+
+Result<void> check_bound(const std::filesystem::path& folder, const std::string& archive) {
+  const auto first = bound_to(folder);
+  if (!first) return first.error();
+  if (*first == archive) return {};
+  return Error{
+      ErrorCode::kInvalidArgument,
+      fmt::format("{} is the queue for \"{}\", expected that archive or another folder; to send what "
+                  "waits elsewhere, end its sender and remove its file \"archive\"",
+                  printable(folder.string()), printable(*first))};
+}
+
+/// A folder belongs to the first archive that it was used for.
+Result<void> bind_to(const std::filesystem::path& folder, const std::string& archive) {
+  const auto first = bound_to(folder);
+  if (!first) return first.error();
+  if (first->empty()) {
+    const int failure = write_private_file(folder / "archive", ExistingFile::kKeep, archive + "\n");
+    if (failure != 0 && failure != EEXIST)
+      return unwritable(folder, std::generic_category().message(failure));
+  }
+  return check_bound(folder, archive);
+}
+
+bool is_waiting(const std::filesystem::path& path) {
+  return path.extension() == kEnding && !path.filename().string().starts_with('.') && is_regular(path);
+}
+
+/// Whether the name says so.
+bool was_tried(const std::filesystem::path& path) {
+  return path.filename().string().starts_with(kTried);
+}
+
+/// When the file was tried last, or came.
+std::filesystem::file_time_type time_of(const std::filesystem::path& path) {
+  std::error_code gone;
+  return std::filesystem::last_write_time(path, gone);
 }
 
 }  // namespace
 
-Result<Outbox> Outbox::open(const std::filesystem::path& folder, const DicomPeer& peer) {
+Result<Outbox> Outbox::open(const std::filesystem::path& folder, Archive archive) {
   if (auto made = make_private(folder); !made) return made.error();
-  if (auto bound = bind_to(folder, peer); !bound) return bound.error();
-  return Outbox(folder, peer);
+  if (auto bound = bind_to(folder, archive.name); !bound) return bound.error();
+  return Outbox(folder, std::move(archive));
 }
 
 Outbox::~Outbox() {
   if (lock_ >= 0) close(lock_);
 }
 
-Result<std::filesystem::path> Outbox::add_by(const std::function<int(int)>& write) {
-  std::filesystem::path path = folder_ / new_name();
+Result<std::filesystem::path> Outbox::stage_by(const std::function<int(int)>& write) {
+  std::filesystem::path path = folder_ / ("." + new_name());
   const int failure = write_private_file(path, ExistingFile::kKeep, write);
   if (failure == 0) return path;
   return unwritable(folder_, std::generic_category().message(failure));
 }
 
-Result<std::filesystem::path> Outbox::add(std::span<const std::uint8_t> object) {
+Result<std::filesystem::path> Outbox::stage(std::span<const std::uint8_t> object) {
   const std::string_view bytes(reinterpret_cast<const char*>(object.data()), object.size());
-  return add_by([bytes](int file) { return write_all(file, bytes); });
+  return stage_by([bytes](int file) { return write_all(file, bytes); });
 }
 
-Result<std::filesystem::path> Outbox::add_file(const std::filesystem::path& path) {
+Result<std::filesystem::path> Outbox::stage_file(const std::filesystem::path& path) {
   std::ifstream from(path, std::ios::binary);
-  return add_by([&from](int file) {
-    if (!from) return EIO;
+  bool is_read = from.is_open();
+  auto staged = stage_by([&from, &is_read](int file) {
     std::vector<char> part(std::size_t{1} << 20);
     while (from) {
       from.read(part.data(), static_cast<std::streamsize>(part.size()));
@@ -113,40 +155,69 @@ Result<std::filesystem::path> Outbox::add_file(const std::filesystem::path& path
           failed != 0)
         return failed;
     }
-    return from.eof() ? 0 : EIO;
+    is_read = is_read && from.eof();
+    return is_read ? 0 : EIO;
   });
+  if (is_read) return staged;
+  return Error{ErrorCode::kUnavailable,
+               fmt::format("{} cannot be read to its end, expected a file that this user may read",
+                           printable(path.string()))};
 }
 
-void Outbox::take_back(std::span<const std::filesystem::path> added) {
-  for (const std::filesystem::path& path : added) {
+Result<void> Outbox::publish(std::span<const std::filesystem::path> staged) {
+  for (const std::filesystem::path& path : staged) {
+    std::error_code problem;
+    std::filesystem::rename(path, folder_ / path.filename().string().substr(1), problem);
+    if (problem) return unwritable(folder_, problem.message());
+  }
+  if (!staged.empty()) sync_folder_of(staged.front());
+  return {};
+}
+
+void Outbox::discard(std::span<const std::filesystem::path> staged) {
+  for (const std::filesystem::path& path : staged) {
     std::error_code ignored;
     std::filesystem::remove(path, ignored);
   }
 }
 
-std::vector<std::filesystem::path> Outbox::names() const {
-  std::vector<std::filesystem::path> found;
+/// What was never tried first, each in the order of times, and of names where these are the same.
+Result<Outbox::Paths> Outbox::waiting_files() const {
+  std::vector<std::tuple<bool, std::filesystem::file_time_type, std::filesystem::path>> found;
   std::error_code problem;
   for (std::filesystem::directory_iterator at(folder_, problem), end; !problem && at != end;
        at.increment(problem)) {
-    const std::filesystem::path& path = at->path();
-    const bool is_named_so = path.extension() == kEnding && !path.filename().string().starts_with('.');
-    if (is_named_so && is_regular(path)) found.push_back(path);
+    if (is_waiting(at->path()) && !stored_.contains(at->path()))
+      found.emplace_back(was_tried(at->path()), time_of(at->path()), at->path());
+  }
+  if (problem) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("{} cannot be listed ({}), expected a folder that this user may read",
+                             printable(folder_.string()), problem.message())};
   }
   std::ranges::sort(found);
-  return found;
+  Paths paths;
+  for (auto& [tried, time, path] : found) paths.push_back(std::move(path));
+  return paths;
+}
+
+std::uint64_t Outbox::waiting() const {
+  const auto files = waiting_files();
+  return files ? files->size() : 0;
 }
 
 bool Outbox::has_untried() const {
-  const auto all = names();
-  return std::ranges::any_of(all, [this](const auto& path) { return !deferred_.contains(path); });
+  const auto files = waiting_files();
+  return files && std::ranges::any_of(*files, [this](const auto& path) { return !deferred_.contains(path); });
 }
 
-std::vector<std::filesystem::path> Outbox::next_files(const std::set<std::filesystem::path>& tried) const {
-  std::vector<std::filesystem::path> files = names();
-  std::erase_if(files, [&tried](const auto& path) { return tried.contains(path); });
-  std::ranges::stable_partition(files, [this](const auto& path) { return !deferred_.contains(path); });
-  files.resize(std::min(files.size(), kMostInOneAssociation));
+Result<Outbox::Paths> Outbox::next_files(Which which, const std::set<std::filesystem::path>& tried) const {
+  auto files = waiting_files();
+  if (!files) return files;
+  std::erase_if(*files, [&](const auto& path) {
+    return tried.contains(path) || (which == Which::kUntried && deferred_.contains(path));
+  });
+  files->resize(std::min(files->size(), kMostInOneAssociation));
   return files;
 }
 
@@ -157,6 +228,7 @@ Result<bool> Outbox::become_sender() {
   if (file < 0) return unwritable(folder_, std::generic_category().message(errno));
   if (flock(file, LOCK_EX | LOCK_NB) == 0) {
     lock_ = file;
+    remove_stale();
     return true;
   }
   const int failure = errno;
@@ -167,63 +239,104 @@ Result<bool> Outbox::become_sender() {
                            printable(folder_.string()), std::generic_category().message(failure))};
 }
 
+/// Removes what a program has staged that was killed before it was done. None takes a day.
+void Outbox::remove_stale() const {
+  constexpr auto kDay = std::chrono::hours(24);
+  std::error_code problem;
+  for (std::filesystem::directory_iterator at(folder_, problem), end; !problem && at != end;
+       at.increment(problem)) {
+    const std::string name = at->path().filename().string();
+    const bool is_staged = name.starts_with('.') && name.ends_with(kEnding) && is_regular(at->path());
+    if (!is_staged || time_of(at->path()) > std::filesystem::file_time_type::clock::now() - kDay) continue;
+    std::error_code ignored;
+    std::filesystem::remove(at->path(), ignored);
+  }
+}
+
+/// Nothing in the folder is replaced, and no link followed.
 Result<void> Outbox::refuse(const std::filesystem::path& path) const {
   const std::filesystem::path refused = folder_ / "refused";
+  if (mkdir(refused.c_str(), S_IRWXU) != 0 && errno != EEXIST)
+    return unwritable(refused, std::generic_category().message(errno));
+  struct stat found {};
+  if (lstat(refused.c_str(), &found) != 0 || !S_ISDIR(found.st_mode))
+    return unwritable(refused, "it is no folder");
+  std::filesystem::path target = refused / path.filename();
+  if (lstat(target.c_str(), &found) == 0) target = refused / new_name();
   std::error_code problem;
-  std::filesystem::create_directory(refused, problem);
-  if (!problem) std::filesystem::rename(path, refused / path.filename(), problem);
-  if (problem && problem != std::errc::no_such_file_or_directory)
-    return unwritable(refused, problem.message());
+  std::filesystem::rename(path, target, problem);
+  if (problem) return unwritable(refused, problem.message());
   return {};
 }
 
-bool Outbox::settle(const std::filesystem::path& path, const StoreOutcome& outcome, Report& report) {
-  using State = StoreOutcome::State;
-  std::string sentence =
-      outcome.sentence.empty() ? "" : fmt::format("{}: {}", shown(peer_), outcome.sentence);
-  bool is_done = false;
-  if (outcome.state == State::kStored) {
-    std::error_code problem;
-    std::filesystem::remove(path, problem);
-    if (problem) sentence = unwritable(folder_, problem.message()).message;
-    ++report.stored;
-    is_done = true;
-  } else if (outcome.state == State::kRefused) {
-    const auto moved = refuse(path);
-    if (!moved) sentence = moved.error().message;
-    is_done = static_cast<bool>(moved);
-    if (is_done) ++report.refused;
-  } else if (!std::filesystem::exists(path)) {
-    return true;  // it was removed by hand
+/// A stored object whose file stays must not be sent again, nor count as one that waits.
+void Outbox::remove_stored(const std::filesystem::path& path, std::string& sentence) {
+  std::error_code problem;
+  std::filesystem::remove(path, problem);
+  if (problem) {
+    stored_.insert(path);
+    sentence = fmt::format("{} is stored, and cannot be removed ({}): expected a folder that can be written",
+                           printable(path.string()), problem.message());
   }
-  if (is_done) {
-    deferred_.erase(path);
-  } else {
-    deferred_.insert(path);
-  }
-  if (!sentence.empty()) report.sentence = std::move(sentence);
-  return is_done;
 }
 
-Result<Outbox::Report> Outbox::send(const std::atomic<bool>& stop) {
+/// What has failed comes after all others, also for the next program.
+std::filesystem::path Outbox::defer(const std::filesystem::path& path) {
+  std::filesystem::path target = path;
+  if (!was_tried(path)) target.replace_filename(std::string(kTried) + path.filename().string());
+  std::error_code problem;
+  std::filesystem::rename(path, target, problem);
+  if (problem) target = path;
+  std::filesystem::last_write_time(target, std::filesystem::file_time_type::clock::now(), problem);
+  deferred_.insert(target);
+  return target;
+}
+
+/// Counts an outcome, and does to the file what follows from it; returns its name from now on.
+std::filesystem::path Outbox::settle(const std::filesystem::path& path, const StoreOutcome& outcome,
+                                     Report& report) {
+  using State = StoreOutcome::State;
+  std::error_code unknown;
+  if (outcome.state != State::kStored && !std::filesystem::exists(path, unknown) && !unknown) return path;
+  std::string sentence =
+      outcome.sentence.empty() ? "" : fmt::format("{}: {}", archive_.name, outcome.sentence);
+  bool is_done = outcome.state != State::kNotSent;
+  if (outcome.state == State::kStored) {
+    remove_stored(path, sentence);
+    ++report.stored;
+  } else if (outcome.state == State::kRefused) {
+    const auto moved = refuse(path);
+    is_done = static_cast<bool>(moved);
+    if (moved) ++report.refused;
+    if (!moved) sentence = moved.error().message;
+  }
+  deferred_.erase(path);
+  if (!sentence.empty()) report.sentence = std::move(sentence);
+  return is_done ? path : defer(path);
+}
+
+Result<Outbox::Report> Outbox::send(Which which, const std::atomic<bool>& stop) {
+  if (auto bound = check_bound(folder_, archive_.name); !bound) return bound.error();
   Report report;
   std::set<std::filesystem::path> tried;
   int failures = 0;  // in a row
-  while (!stop && failures < kMostFailures) {
-    const std::vector<std::filesystem::path> files = next_files(tried);
-    if (files.empty()) break;
-    const auto outcomes = store_files(peer_, files, stop);
+  while (!stop && failures < kMostFailuresInARow) {
+    const auto files = next_files(which, tried);
+    if (!files) return files.error();
+    if (files->empty()) break;
+    const auto outcomes = archive_.store(*files, stop);
     if (!outcomes) {
       if (report.stored + report.refused == 0) return outcomes.error();
       report.sentence = outcomes.error().message;
       break;
     }
-    report.reached = true;
-    for (std::size_t at = 0; at < files.size(); ++at) {
+    for (std::size_t at = 0; at < files->size(); ++at) {
       const StoreOutcome& outcome = (*outcomes)[at];
       if (outcome.state == StoreOutcome::State::kNotTried) continue;
-      tried.insert(files[at]);
-      failures = settle(files[at], outcome, report) ? 0 : failures + 1;
+      tried.insert(settle((*files)[at], outcome, report));
+      if (outcome.is_local) continue;
+      report.reached = true;
+      failures = outcome.state == StoreOutcome::State::kNotSent ? failures + 1 : 0;
     }
   }
   return report;

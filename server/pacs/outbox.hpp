@@ -12,48 +12,53 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
-#include "server/pacs/dicom_peer.hpp"
-#include "server/pacs/store.hpp"
+#include "server/pacs/archive.hpp"
 
 namespace fanlight {
 
 /// DICOM files on a disk that wait for one archive, in the order in which they came. They outlast the
 /// program, a power cut, and an archive that is absent. The names of the files are times and random digits;
-/// the files are their owner's alone. What the archive refuses for good is moved to the folder `refused` in
-/// it; the file `archive` says for which archive the folder is. Several programs may add; one sends. One
-/// thread.
+/// the files are their owner's alone. The time of a file is that of its last attempt, so that what failed
+/// comes last. What the archive refuses for good is moved to the folder `refused` in it; the file `archive`
+/// says for which archive the folder is. Several programs may add; one sends. One thread.
 class Outbox {
  public:
   struct Report {
     std::uint64_t stored = 0;
     std::uint64_t refused = 0;
-    bool reached = false;  ///< the archive answered
+    bool reached = false;  ///< the archive has answered for an object
     /// The last sentence about what was refused, was stored with a warning, or waits; empty where all is
     /// well.
     std::string sentence;
   };
 
+  enum class Which : bool { kAll, kUntried };
+
   /// Makes the folder where it does not exist. kUnavailable. kInvalidArgument: it is for another archive, or
   /// people other than its owner and group may enter.
-  static Result<Outbox> open(const std::filesystem::path& folder, const DicomPeer& peer);
+  static Result<Outbox> open(const std::filesystem::path& folder, Archive archive);
 
   Outbox(Outbox&& other) noexcept
       : folder_(std::move(other.folder_)),
-        peer_(std::move(other.peer_)),
+        archive_(std::move(other.archive_)),
         deferred_(std::move(other.deferred_)),
+        stored_(std::move(other.stored_)),
         lock_(std::exchange(other.lock_, -1)) {}
   Outbox& operator=(Outbox&&) = delete;
   ~Outbox();
 
-  /// Puts an object in, synced to the disk; returns its file. kUnavailable.
-  Result<std::filesystem::path> add(std::span<const std::uint8_t> object);
-  /// Copies a DICOM file in; returns the copy. kUnavailable.
-  Result<std::filesystem::path> add_file(const std::filesystem::path& path);
-  /// Removes what was added, as far as it still waits.
-  void take_back(std::span<const std::filesystem::path> added);
+  /// Writes an object, synced to the disk, under a name that no sender looks at; returns its file.
+  /// kUnavailable.
+  Result<std::filesystem::path> stage(std::span<const std::uint8_t> object);
+  /// The same with the copy of a DICOM file.
+  Result<std::filesystem::path> stage_file(const std::filesystem::path& path);
+  /// What was staged waits from now on. kUnavailable.
+  Result<void> publish(std::span<const std::filesystem::path> staged);
+  /// Removes what was staged and not published.
+  static void discard(std::span<const std::filesystem::path> staged);
 
   /// How many objects wait.
-  std::uint64_t waiting() const { return names().size(); }
+  std::uint64_t waiting() const;
   /// Whether some of them were never tried by this.
   bool has_untried() const;
 
@@ -61,26 +66,32 @@ class Outbox {
   /// file system without locks.
   Result<bool> become_sender();
 
-  /// Tries each object that waits once, also what comes meanwhile; what was never tried comes first. Ends
-  /// sooner after kMostFailures in a row, and between objects when `stop` is set. For the sender. The error
-  /// is for the first attempt to connect, as of store_files().
-  Result<Report> send(const std::atomic<bool>& stop);
-
-  static constexpr int kMostFailures = 3;
+  /// Tries each object that waits once, or those alone that this never tried; also what comes meanwhile. Ends
+  /// sooner after kMostFailuresInARow of the archive, and between objects when `stop` is set. For the sender.
+  /// Errors: as of Archive::store, while nothing was stored or refused; kUnavailable, the folder cannot be
+  /// read; kInvalidArgument, it is for another archive now.
+  Result<Report> send(Which which, const std::atomic<bool>& stop);
 
  private:
-  Outbox(std::filesystem::path folder, DicomPeer peer) : folder_(std::move(folder)), peer_(std::move(peer)) {}
+  using Paths = std::vector<std::filesystem::path>;
 
-  Result<std::filesystem::path> add_by(const std::function<int(int)>& write);
-  std::vector<std::filesystem::path> names() const;
-  std::vector<std::filesystem::path> next_files(const std::set<std::filesystem::path>& tried) const;
-  /// Counts an outcome, and does to the file what follows from it. Whether the object is done with.
-  bool settle(const std::filesystem::path& path, const StoreOutcome& outcome, Report& report);
+  Outbox(std::filesystem::path folder, Archive archive)
+      : folder_(std::move(folder)), archive_(std::move(archive)) {}
+
+  Result<std::filesystem::path> stage_by(const std::function<int(int)>& write);
+  Result<Paths> waiting_files() const;
+  Result<Paths> next_files(Which which, const std::set<std::filesystem::path>& tried) const;
+  std::filesystem::path settle(const std::filesystem::path& path, const StoreOutcome& outcome,
+                               Report& report);
+  std::filesystem::path defer(const std::filesystem::path& path);
+  void remove_stored(const std::filesystem::path& path, std::string& sentence);
   Result<void> refuse(const std::filesystem::path& path) const;
+  void remove_stale() const;
 
   std::filesystem::path folder_;
-  DicomPeer peer_;
-  std::set<std::filesystem::path> deferred_;  ///< tried before, and not sent
+  Archive archive_;
+  std::set<std::filesystem::path> deferred_;  ///< tried by this, and not sent
+  std::set<std::filesystem::path> stored_;    ///< the archive has them, and they could not be removed
   int lock_ = -1;                             ///< descriptor of the file with the lock of the sender
 };
 

@@ -47,10 +47,8 @@ PictureFormat format_of(const std::filesystem::path& path) {
   std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
   if (head.starts_with("\xFF\xD8\xFF")) return PictureFormat::kJpeg;
   const bool is_pnm = head[0] == 'P' && head[1] >= '1' && head[1] <= '6';
-  for (const std::string_view magic : {"\x89PNG"sv, "BM"sv, "II*\0"sv, "MM\0*"sv}) {
-    if (head.starts_with(magic)) return PictureFormat::kLossless;
-  }
-  return is_pnm ? PictureFormat::kLossless : PictureFormat::kUnknown;
+  const bool is_lossless = is_pnm || head.starts_with("\x89PNG"sv) || head.starts_with("BM"sv);
+  return is_lossless ? PictureFormat::kLossless : PictureFormat::kUnknown;
 }
 
 /// RGB of pixels with any number of channels, of 8 bits.
@@ -94,7 +92,7 @@ Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::pat
   const std::string name = printable(path.string());
   const auto wrong = [&](std::string_view problem) {
     return Error{ErrorCode::kBadInput,
-                 fmt::format("{}: {}, expected a picture: PNG, JPEG, TIFF, BMP or PNM", name, problem)};
+                 fmt::format("{}: {}, expected a picture: PNG, JPEG, BMP or PNM", name, problem)};
   };
   const PictureFormat format = format_of(path);
   if (format == PictureFormat::kUnknown)

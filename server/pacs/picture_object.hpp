@@ -26,7 +26,7 @@ struct PictureToSend {
 Result<std::vector<std::uint8_t>> picture_object(const PictureToSend& picture, DicomSeries& series);
 
 /// Reads a picture file by the image library, and makes such an object of it. Grey and alpha become RGB on
-/// black. kBadInput: not PNG, BMP, PNM, TIFF or JPEG by its first bytes, of which it is known what they have
+/// black. kBadInput: not PNG, BMP, PNM or JPEG by its first bytes, of which it is known what they have
 /// lost. kInvalidArgument, kUnavailable.
 Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::path& path, DicomSeries& series);
 

@@ -17,6 +17,7 @@ namespace fanlight {
 namespace {
 
 constexpr std::size_t kMostEntries = 500;
+constexpr int kAnswerSeconds = 60;
 
 struct Keys {
   DcmTagKey key;
@@ -105,7 +106,8 @@ struct Answer {
 Result<std::vector<WorklistEntry>> find_worklist(const DicomPeer& peer, const WorklistQuery& query) {
   const std::string model = UID_FINDModalityWorklistInformationModel;
   auto association = Association::open(
-      peer, {{model, {UID_LittleEndianExplicitTransferSyntax, UID_LittleEndianImplicitTransferSyntax}}});
+      peer, {{model, {UID_LittleEndianExplicitTransferSyntax, UID_LittleEndianImplicitTransferSyntax}}},
+      kAnswerSeconds);
   if (!association) return association.error();
   DicomScu& scu = association->scu();
   const auto failed = [&](std::string_view problem) {

@@ -16,15 +16,13 @@ TEST(DicomPeer, IsATitleAHostAndAPort) {
   EXPECT_EQ(peer->called_title, "MAIN ARCHIVE");
   EXPECT_EQ(peer->host, "pacs.example");
   EXPECT_EQ(peer->port, 11112);
-  const auto six = parse_dicom_peer("ARCHIVE@[::1]:104");
-  ASSERT_TRUE(six);
-  EXPECT_EQ(six->host, "::1");
 }
 
 TEST(DicomPeer, RefusesWhatIsNoPeer) {
-  for (const char* text : {"", "ARCHIVE", "ARCHIVE@host", "@host:104", "ARCHIVE@:104", "ARCHIVE@host:0",
-                           "ARCHIVE@host:70000", "ARCHIVE@host:104x", "A\\B@host:104",
-                           "SEVENTEEN LETTERS@host:104", "  @host:104", "host:104@ARCHIVE"}) {
+  for (const char* text :
+       {"", "ARCHIVE", "ARCHIVE@host", "@host:104", "ARCHIVE@:104", "ARCHIVE@host:0", "ARCHIVE@host:70000",
+        "ARCHIVE@host:104x", "A\\B@host:104", "SEVENTEEN LETTERS@host:104", "  @host:104", "host:104@ARCHIVE",
+        "ARCHIVE@[::1]:104"}) {
     const auto peer = parse_dicom_peer(text);
     ASSERT_FALSE(peer) << text;
     EXPECT_EQ(peer.error().code, ErrorCode::kInvalidArgument);
