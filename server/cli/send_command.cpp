@@ -23,6 +23,7 @@
 #include "server/pacs/dicom_file.hpp"
 #include "server/pacs/identity_json.hpp"
 #include "server/pacs/outbox.hpp"
+#include "server/pacs/patient_check.hpp"
 #include "server/pacs/picture_object.hpp"
 
 namespace fanlight {
@@ -65,24 +66,37 @@ class TemporaryQueue {
   std::filesystem::path path_;
 };
 
-/// The bytes of a picture's object, or nothing for a file that is DICOM already.
-Result<std::optional<std::vector<std::uint8_t>>> object_of(const std::string& file, DicomSeries& series) {
+void note_missing_id(const DicomIdentity& patient) {
+  if (!patient.patient_id.empty()) return;
+  fmt::print(stderr,
+             "fanlight send: note: no patient_id in --patient FILE; archives may not file such pictures\n");
+}
+
+/// The bytes of a picture's object, or nothing for a file that is DICOM already, and of the patient.
+Result<std::optional<std::vector<std::uint8_t>>> object_of(const std::string& file,
+                                                           const DicomIdentity& patient,
+                                                           DicomSeries& series) {
   const auto is_dicom = is_dicom_file(file);
   if (!is_dicom) return is_dicom.error();
-  if (*is_dicom) return std::optional<std::vector<std::uint8_t>>();
+  if (*is_dicom) {
+    if (auto same = check_same_patient(file, patient); !same) return same.error();
+    return std::optional<std::vector<std::uint8_t>>();
+  }
   auto object = picture_file_object(file, series);
   if (!object) return object.error();
   return std::optional(std::move(*object));
 }
 
 /// Stages the files one by one; what was staged before a failure stays in `staged`.
-Result<void> stage_each(Outbox& outbox, const SendOptions& options, DicomSeries& series,
-                        const std::atomic<bool>& stop, std::vector<std::filesystem::path>& staged) {
+Result<void> stage_each(Outbox& outbox, const SendOptions& options, const DicomIdentity& patient,
+                        DicomSeries& series, const std::atomic<bool>& stop,
+                        std::vector<std::filesystem::path>& staged) {
   for (const std::string& file : options.files) {
     if (stop) return Error{ErrorCode::kUnavailable, "ended by a signal"};
-    const auto object = object_of(file, series);
+    const auto object = object_of(file, patient, series);
     if (!object) return object.error();
-    auto path = *object ? outbox.stage(**object) : outbox.stage_file(file);
+    if (*object && series.next_instance == 2) note_missing_id(patient);  // the first picture
+    auto path = *object ? outbox.stage(**object, file) : outbox.stage_file(file);
     if (!path) return path.error();
     staged.push_back(std::move(*path));
   }
@@ -97,16 +111,17 @@ Result<void> put_in(Outbox& outbox, const SendOptions& options, const std::atomi
     if (!read) return read.error();
     identity = std::move(*read);
   }
-  DicomSeries series = DicomSeries::begin(std::move(identity));
+  DicomSeries series = DicomSeries::begin(identity);
   if (options.clip_rate > 0) {
     const std::vector<std::filesystem::path> frames(options.files.begin(), options.files.end());
+    note_missing_id(identity);
     const auto object = clip_object(frames, options.clip_rate, series);
     if (!object) return object.error();
-    const auto path = outbox.stage(*object);
+    const auto path = outbox.stage(*object, "the clip");
     return path ? outbox.publish({&*path, 1}) : path.error();
   }
   std::vector<std::filesystem::path> staged;
-  const auto all = stage_each(outbox, options, series, stop, staged);
+  const auto all = stage_each(outbox, options, identity, series, stop, staged);
   if (all) return outbox.publish(staged);
   Outbox::discard(staged);
   const std::string_view none = options.files.size() > 1 ? "; none of the files was sent" : "";
@@ -167,11 +182,11 @@ Result<void> send_once(Outbox& outbox, const SendOptions& options, const EndRequ
   }
   const auto report = outbox.send(Outbox::Which::kAll, end.asked());
   const std::uint64_t waiting = outbox.waiting();
-  if (!report) return not_all(options, report.error(), waiting, false);
+  const Error ended{ErrorCode::kUnavailable, "ended by a signal"};
+  if (!report) return not_all(options, end.asked() ? ended : report.error(), waiting, false);
   print_report(options, *report, waiting);
   if (waiting + report->refused == 0) return {};
-  std::string why = report->sentence;
-  if (end.asked()) why = "ended by a signal";
+  std::string why = end.asked() ? ended.message : report->sentence;
   if (why.empty()) why = "files came while the last ones were sent";
   return not_all(options, {ErrorCode::kUnavailable, why}, waiting, report->refused > 0);
 }
@@ -182,7 +197,8 @@ bool send_and_say(Outbox& outbox, Outbox::Which which, const SendOptions& option
   const auto report = outbox.send(which, end.asked());
   const std::string sentence = report ? report->sentence : report.error().message;
   if (report && report->stored + report->refused > 0) print_report(options, *report, outbox.waiting());
-  if (!sentence.empty() && sentence != said) fmt::print(stderr, "fanlight send: {}\n", sentence);
+  if (!sentence.empty() && sentence != said && !end.asked())
+    fmt::print(stderr, "fanlight send: {}\n", sentence);
   said = sentence;
   (void)std::fflush(stdout);
   return report && report->reached;
@@ -223,6 +239,8 @@ Result<void> send_until_signal(Outbox& outbox, const SendOptions& options, const
 Result<void> send(const SendOptions& options) {
   auto archive = options.pacs.archive();
   if (!archive) return archive.error();
+  if (options.files.empty() && options.clip_rate > 0)
+    return Error{ErrorCode::kInvalidArgument, "--clip without files, expected JPEG files"};
   if (options.files.empty() && options.queue.empty()) {
     if (auto answered = archive->check(); !answered) return answered;
     fmt::print("{}: answers\n", archive->name);
@@ -263,7 +281,7 @@ Command add_send_command(CLI::App& program) {
           "--patient", options->patient,
           "JSON file with the patient and the order, as fanlight worklist saves it; fields: patient_name, "
           "patient_id, birth_date, sex, accession_number, study_uid and others. Without it, the objects name "
-          "no patient")
+          "no patient. DICOM files keep their own, which must be the same")
       ->type_name("FILE");
   command
       ->add_option("--clip", options->clip_rate,

@@ -66,6 +66,11 @@ Result<DicomIdentity> exact_identity(const WorklistEntry& entry) {
 
 /// For fanlight send --patient. The owner alone may read it.
 Result<void> save_entry(const std::string& path, const std::vector<WorklistEntry>& entries) {
+  if (entries.empty()) {
+    return Error{
+        ErrorCode::kNotFound,
+        "no entry matches, expected one to save: see --date, --accession and --modality, which is US"};
+  }
   if (entries.size() != 1) {
     return Error{ErrorCode::kNotFound,
                  fmt::format("{} entries match, expected exactly one to save: narrow the query, such as with "

@@ -31,7 +31,7 @@ struct Answer {
   std::string body;
 };
 
-/// A transfer of libcurl with what all of them have in common.
+/// Requests to one address by libcurl, over one connection where the service keeps it.
 class Transfer {
  public:
   Transfer(const DicomWebPeer& peer, const std::string& path, const std::atomic<bool>& stop) {
@@ -78,20 +78,31 @@ class Transfer {
     curl_easy_cleanup(curl_);
   }
 
-  /// The file becomes the only part of the request's body.
-  void send_file(const std::filesystem::path& path) {
-    add_header("Content-Type: multipart/related; type=\"application/dicom\"");
-    body_ = curl_mime_init(curl_);
+  /// GET.
+  Result<Answer> ask() {
+    set(CURLOPT_HTTPHEADER, headers_);
+    return run();
+  }
+
+  /// POST of a file, as the only part of the body. May be called again, and keeps the connection.
+  Result<Answer> send_file(const std::filesystem::path& path) {
+    if (body_ == nullptr) add_header("Content-Type: multipart/related; type=\"application/dicom\"");
+    set(CURLOPT_HTTPHEADER, headers_);
+    curl_mime* const before = std::exchange(body_, curl_mime_init(curl_));
     curl_mimepart* part = curl_mime_addpart(body_);
     failed_ = failed_ || part == nullptr || curl_mime_filedata(part, path.c_str()) != CURLE_OK ||
               curl_mime_filename(part, nullptr) != CURLE_OK ||
               curl_mime_type(part, "application/dicom") != CURLE_OK;
     set(CURLOPT_MIMEPOST, body_);
+    curl_mime_free(before);
+    return run();
   }
 
+ private:
   /// kUnavailable, kInvalidArgument; the sentence has libcurl's reason.
   Result<Answer> run() {
-    set(CURLOPT_HTTPHEADER, headers_);
+    answer_ = {};
+    problem_[0] = '\0';
     const CURLcode done = failed_ ? CURLE_OUT_OF_MEMORY : curl_easy_perform(curl_);
     if (done != CURLE_OK) {
       const bool is_argument = done == CURLE_SSL_CERTPROBLEM || done == CURLE_SSL_CACERT_BADFILE;
@@ -101,8 +112,6 @@ class Transfer {
     curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &answer_.status);
     return std::move(answer_);
   }
-
- private:
   template <typename Value>
   void set(CURLoption option, Value value) {
     failed_ = failed_ || curl_ == nullptr || curl_easy_setopt(curl_, option, value) != CURLE_OK;
@@ -175,6 +184,8 @@ Result<DicomWebPeer> parse_dicom_web(const std::string& url, std::string login) 
     return wrong_url(url, "a URL without ? and #");
   if (!login.empty() && part(CURLUPART_SCHEME) == "http" && !is_local(part(CURLUPART_HOST)))
     return wrong_url(url, "https, since a login would cross the network unencrypted");
+  if (url.find("/studies") != std::string::npos)
+    return wrong_url(url, "the root of the service, without /studies");
   DicomWebPeer peer{.url = url, .login = std::move(login)};
   while (peer.url.ends_with('/')) peer.url.pop_back();
   return peer;
@@ -218,7 +229,8 @@ Result<StoreOutcome> outcome_of_answer(long status, const std::string& body) {
     return StoreOutcome::of_peer(State::kNotSent, fmt::format("it cannot store now, HTTP status {}", status));
   if (status == 401 || status == 403) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("it refuses the login, HTTP status {}, expected one that may store", status)};
+                 fmt::format("it refuses the login, or wants one, HTTP status {}, expected --http-login FILE",
+                             status)};
   }
   return Error{ErrorCode::kUnavailable,
                fmt::format("HTTP status {}, expected the URL of a DICOMweb service", status)};
@@ -231,6 +243,7 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
     return Error{error.code, fmt::format("{}: {}", shown(peer), error.message)};
   };
   std::vector<StoreOutcome> outcomes(files.size());
+  Transfer transfer(peer, "/studies", stop);
   for (std::size_t at = 0; at < files.size() && !stop; ++at) {
     const auto is_dicom = is_dicom_file(files[at]);
     if (!is_dicom || !*is_dicom) {
@@ -238,9 +251,7 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
                               : StoreOutcome::local(State::kNotSent, is_dicom.error().message);
       continue;
     }
-    Transfer transfer(peer, "/studies", stop);
-    transfer.send_file(files[at]);
-    const auto answer = transfer.run();
+    const auto answer = transfer.send_file(files[at]);
     const auto outcome =
         answer ? outcome_of_answer(answer->status, answer->body) : Result<StoreOutcome>(answer.error());
     if (!outcome && at == 0) return named(outcome.error());
@@ -253,12 +264,15 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
 Result<void> check_web(const DicomWebPeer& peer) {
   const std::atomic<bool> never = false;
   Transfer transfer(peer, "/studies?limit=1", never);
-  const auto answer = transfer.run();
+  const auto answer = transfer.ask();
   constexpr long kNoContent = 204;
   if (answer && (answer->status == 200 || answer->status == kNoContent)) return {};
-  const auto outcome = answer ? outcome_of_answer(answer->status, "") : Result<StoreOutcome>(answer.error());
-  return Error{ErrorCode::kUnavailable,
-               fmt::format("{}: {}", shown(peer), outcome ? outcome->sentence : outcome.error().message)};
+  if (!answer) return Error{answer.error().code, fmt::format("{}: {}", shown(peer), answer.error().message)};
+  const auto outcome = outcome_of_answer(answer->status, "");
+  const std::string problem =
+      outcome ? fmt::format("HTTP status {}, expected the URL of a DICOMweb service", answer->status)
+              : outcome.error().message;
+  return Error{ErrorCode::kUnavailable, fmt::format("{}: {}", shown(peer), problem)};
 }
 
 }  // namespace fanlight

@@ -84,11 +84,11 @@ Error wrong(std::string_view sentence) {
 
 Result<void> check_field(const Row& row, std::string_view text) {
   if (text.empty()) return {};
+  if (!row.allows(text))
+    return wrong(fmt::format("{} is not as DICOM wants it, expected {}", row.name, row.expected));
   if (characters_of(text) > row.most_characters)
     return wrong(
         fmt::format("{} is too long, expected at most {} characters", row.name, row.most_characters));
-  if (!row.allows(text))
-    return wrong(fmt::format("{} is not as DICOM wants it, expected {}", row.name, row.expected));
   return {};
 }
 

@@ -132,22 +132,24 @@ Outbox::~Outbox() {
   if (lock_ >= 0) close(lock_);
 }
 
-Result<std::filesystem::path> Outbox::stage_by(const std::function<int(int)>& write) {
-  std::filesystem::path path = folder_ / ("." + new_name());
+Result<std::filesystem::path> Outbox::stage_by(std::string label, const std::function<int(int)>& write) {
+  const std::string name = new_name();
+  labels_[name] = std::move(label);
+  std::filesystem::path path = folder_ / ("." + name);
   const int failure = write_private_file(path, ExistingFile::kKeep, write);
   if (failure == 0) return path;
   return unwritable(folder_, std::generic_category().message(failure));
 }
 
-Result<std::filesystem::path> Outbox::stage(std::span<const std::uint8_t> object) {
+Result<std::filesystem::path> Outbox::stage(std::span<const std::uint8_t> object, std::string label) {
   const std::string_view bytes(reinterpret_cast<const char*>(object.data()), object.size());
-  return stage_by([bytes](int file) { return write_all(file, bytes); });
+  return stage_by(std::move(label), [bytes](int file) { return write_all(file, bytes); });
 }
 
 Result<std::filesystem::path> Outbox::stage_file(const std::filesystem::path& path) {
   std::ifstream from(path, std::ios::binary);
   bool is_read = from.is_open();
-  auto staged = stage_by([&from, &is_read](int file) {
+  auto staged = stage_by(path.string(), [&from, &is_read](int file) {
     std::vector<char> part(std::size_t{1} << 20);
     while (from) {
       from.read(part.data(), static_cast<std::streamsize>(part.size()));
@@ -292,14 +294,23 @@ std::filesystem::path Outbox::defer(const std::filesystem::path& path) {
   return target;
 }
 
+/// What a file was called when it was given to this program; else its own name.
+std::string Outbox::label_of(const std::filesystem::path& path) const {
+  std::string name = path.filename().string();
+  if (was_tried(path)) name.erase(0, kTried.size());
+  const auto found = labels_.find(name);
+  return printable(found == labels_.end() ? path.filename().string() : found->second);
+}
+
 /// Counts an outcome, and does to the file what follows from it; returns its name from now on.
 std::filesystem::path Outbox::settle(const std::filesystem::path& path, const StoreOutcome& outcome,
                                      Report& report) {
   using State = StoreOutcome::State;
   std::error_code unknown;
   if (outcome.state != State::kStored && !std::filesystem::exists(path, unknown) && !unknown) return path;
-  std::string sentence =
-      outcome.sentence.empty() ? "" : fmt::format("{}: {}", archive_.name, outcome.sentence);
+  std::string sentence = outcome.sentence.empty()
+                             ? ""
+                             : fmt::format("{}: {}: {}", archive_.name, label_of(path), outcome.sentence);
   bool is_done = outcome.state != State::kNotSent;
   if (outcome.state == State::kStored) {
     remove_stored(path, sentence);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <set>
 #include <span>
 #include <string>
@@ -43,13 +44,14 @@ class Outbox {
         archive_(std::move(other.archive_)),
         deferred_(std::move(other.deferred_)),
         stored_(std::move(other.stored_)),
+        labels_(std::move(other.labels_)),
         lock_(std::exchange(other.lock_, -1)) {}
   Outbox& operator=(Outbox&&) = delete;
   ~Outbox();
 
   /// Writes an object, synced to the disk, under a name that no sender looks at; returns its file.
-  /// kUnavailable.
-  Result<std::filesystem::path> stage(std::span<const std::uint8_t> object);
+  /// `label`: what messages of this program call it. kUnavailable.
+  Result<std::filesystem::path> stage(std::span<const std::uint8_t> object, std::string label);
   /// The same with the copy of a DICOM file.
   Result<std::filesystem::path> stage_file(const std::filesystem::path& path);
   /// What was staged waits from now on. kUnavailable.
@@ -78,7 +80,8 @@ class Outbox {
   Outbox(std::filesystem::path folder, Archive archive)
       : folder_(std::move(folder)), archive_(std::move(archive)) {}
 
-  Result<std::filesystem::path> stage_by(const std::function<int(int)>& write);
+  Result<std::filesystem::path> stage_by(std::string label, const std::function<int(int)>& write);
+  std::string label_of(const std::filesystem::path& path) const;
   Result<Paths> waiting_files() const;
   Result<Paths> next_files(Which which, const std::set<std::filesystem::path>& tried) const;
   std::filesystem::path settle(const std::filesystem::path& path, const StoreOutcome& outcome,
@@ -90,9 +93,10 @@ class Outbox {
 
   std::filesystem::path folder_;
   Archive archive_;
-  std::set<std::filesystem::path> deferred_;  ///< tried by this, and not sent
-  std::set<std::filesystem::path> stored_;    ///< the archive has them, and they could not be removed
-  int lock_ = -1;                             ///< descriptor of the file with the lock of the sender
+  std::set<std::filesystem::path> deferred_;   ///< tried by this, and not sent
+  std::set<std::filesystem::path> stored_;     ///< the archive has them, and they could not be removed
+  std::map<std::string, std::string> labels_;  ///< by the names of files
+  int lock_ = -1;                              ///< descriptor of the file with the lock of the sender
 };
 
 }  // namespace fanlight

@@ -95,8 +95,13 @@ Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::pat
                  fmt::format("{}: {}, expected a picture: PNG, JPEG, BMP or PNM", name, problem)};
   };
   const PictureFormat format = format_of(path);
-  if (format == PictureFormat::kUnknown)
-    return wrong("its format is not one of which it is known what it has lost");
+  if (format == PictureFormat::kUnknown) {
+    return Error{
+        ErrorCode::kBadInput,
+        fmt::format("{} is neither a picture nor DICOM, expected a picture (PNG, JPEG, BMP, PNM) or a "
+                    "DICOM file",
+                    name)};
+  }
   const auto library = image_library();
   if (!library) return library.error();
   const auto reader = (*library)->open(path.string());

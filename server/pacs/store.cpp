@@ -29,10 +29,6 @@ struct ObjectHead {
   StoreOutcome problem;  ///< kNotTried where there is none
 };
 
-StoreOutcome refused(const std::filesystem::path& path, std::string_view problem) {
-  return StoreOutcome::local(State::kRefused, fmt::format("{} {}", printable(path.string()), problem));
-}
-
 bool is_uncompressed(const std::string& syntax) {
   return syntax == UID_LittleEndianExplicitTransferSyntax || syntax == UID_LittleEndianImplicitTransferSyntax;
 }
@@ -50,7 +46,8 @@ ObjectHead head_of(const std::filesystem::path& path) {
   if (loaded && head.findAndGetOFString(DCM_TransferSyntaxUID, value).good()) syntax = value.c_str();
   if (sop_class.empty() || syntax.empty())
     return {.context = {},
-            .problem = refused(path, "is not DICOM, expected a file with its meta information")};
+            .problem =
+                StoreOutcome::local(State::kRefused, "the file is not DICOM, expected its meta information")};
   if (!is_uncompressed(syntax)) return {.context = {sop_class, {syntax}}, .problem = {}};
   return {.context = {sop_class,
                       {UID_LittleEndianExplicitTransferSyntax, UID_LittleEndianImplicitTransferSyntax}},
@@ -75,6 +72,7 @@ Accepted accepted(DicomScu& scu, const DicomContext& context) {
 bool is_malformed(const OFCondition& problem) {
   return problem == EC_CorruptedData || problem == EC_InvalidTag || problem == EC_InvalidVR ||
          problem == EC_UnsupportedEncoding || problem == EC_ElemLengthLargerThanItem ||
+         problem == EC_EndOfStream || problem == EC_StreamNotifyClient || problem == EC_InvalidStream ||
          problem == EC_SequDelimitationItemMissing || problem == EC_ItemDelimitationItemMissing;
 }
 
@@ -85,24 +83,28 @@ StoreOutcome store_file(DicomScu& scu, const std::filesystem::path& path, const 
   if (as.id == 0) return StoreOutcome::of_peer(State::kRefused, std::string(kNotAccepted));
   DcmFileFormat file;
   if (const OFCondition read = file.loadFile(path.c_str()); read.bad()) {
-    const std::string problem = fmt::format("cannot be read ({}), expected DICOM", printable(read.text()));
-    if (is_malformed(read)) return refused(path, problem);
-    return StoreOutcome::local(State::kNotSent, fmt::format("{} {}", printable(path.string()), problem));
+    const std::string problem =
+        fmt::format("the file cannot be read ({}), expected whole DICOM", printable(read.text()));
+    if (is_malformed(read)) return StoreOutcome::local(State::kRefused, problem);
+    return StoreOutcome::local(State::kNotSent, problem);
   }
   DcmDataset& object = *file.getDataset();
   OFString value;
   if (object.findAndGetOFString(DCM_SOPInstanceUID, value).bad() || value.empty())
-    return refused(path, "has no SOP Instance UID, expected one");
+    return StoreOutcome::local(State::kRefused, "it has no SOP Instance UID, expected one");
   if (object.findAndGetOFString(DCM_SOPClassUID, value).bad() || value.c_str() != context.first)
-    return refused(path, "has another SOP class than its head, expected the same");
+    return StoreOutcome::local(State::kRefused, "it has another SOP class than its head, expected the same");
   if (object.chooseRepresentation(as.syntax, nullptr).bad() || !object.canWriteXfer(as.syntax))
-    return refused(path, "cannot be written as the archive accepts it, expected pixels in one encoding");
+    return StoreOutcome::local(
+        State::kRefused, "it cannot be written as the archive accepts it, expected pixels in one encoding");
   Uint16 status = 0;
   const OFCondition sent = scu.sendSTORERequest(as.id, "", &object, status);
   if (sent.good()) return outcome_of_status(status);
   (void)scu.abortAssociation();
-  return StoreOutcome::of_peer(State::kNotSent,
-                               fmt::format("the connection broke ({})", printable(sent.text())));
+  return StoreOutcome::of_peer(
+      State::kNotSent,
+      fmt::format("the connection broke ({}); an archive that does not know this title or machine does that",
+                  printable(sent.text())));
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ class OutboxTest : public testing::Test {
     std::vector<std::filesystem::path> staged;
     for (const char object : objects) {
       const auto byte = static_cast<std::uint8_t>(object);
-      const auto path = outbox.stage({&byte, 1});
+      const auto path = outbox.stage({&byte, 1}, "object");
       ASSERT_TRUE(path) << path.error().message;
       staged.push_back(*path);
     }
@@ -85,7 +85,7 @@ TEST_F(OutboxTest, SendsInOrderWhatIsPublished) {
   Outbox outbox = open();
   add(outbox, "abc");
   const std::uint8_t byte = 'x';
-  const auto staged = outbox.stage({&byte, 1});
+  const auto staged = outbox.stage({&byte, 1}, "object");
   EXPECT_EQ(outbox.waiting(), 3U) << "what is staged does not wait yet";
   EXPECT_EQ(send(outbox).stored, 3U);
   EXPECT_EQ(asked(), "abc");
