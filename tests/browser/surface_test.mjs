@@ -72,6 +72,15 @@ async function settled(viewer) {
   await viewer.page.waitForTimeout(400); // for the light to rest
 }
 
+/** Waits until the page lights what it shows: to begin with it has pictures of the server. */
+function litHere(viewer) {
+  return until(
+    "a surface that the page lights",
+    () => viewer.stat("stream"),
+    (text) => text.startsWith("surface, lit here"),
+  );
+}
+
 /**
  * Waits until the page's picture is the server's within the limits. Both may still be on their way under load: the page
  * is at rest only after its cast has faded in, and /api/picture.png may have the scene before.
@@ -154,6 +163,7 @@ test("a moved light is seen before the server has drawn it", async () => {
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     await settled(viewer);
+    await litHere(viewer);
     await server.send("SIGSTOP");
     const before = await viewer.greyLevels();
     await viewer.page.locator("#picture").press("ArrowRight");
@@ -178,7 +188,10 @@ test("an own light costs the server nothing and disturbs nobody", async () => {
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     const other = await ViewerPage.open(browser, server.url);
-    for (const each of [viewer, other]) await settled(each);
+    for (const each of [viewer, other]) {
+      await settled(each);
+      await litHere(each);
+    }
     const [before, atOther] = [await viewer.greyLevels(), await other.greyLevels()];
     await viewer.page.locator("#own-view input").check();
     for (let press = 0; press < 5; ++press) await viewer.page.locator("#picture").press("ArrowRight");
@@ -227,6 +240,7 @@ test("a turned picture is a preview until the server has cast it", async () => {
   try {
     const viewer = await ViewerPage.open(browser, server.url);
     await settled(viewer);
+    await litHere(viewer);
     // A note on the surface turns with it.
     const noteX = async () => (await viewer.page.locator("#picture-notes .on-surface").boundingBox()).x;
     await viewer.page.locator("body").press("n");
@@ -280,6 +294,7 @@ test("a frozen volume that was seen before is shown at once", async () => {
       () => viewer.number("volume-id"),
       (id) => id >= 4,
     );
+    await litHere(viewer);
     const press = (key) => viewer.page.locator("body").press(key);
     // Key and number in one turn of the page: no picture comes between.
     const frozenAt = await viewer.page.evaluate(() => {
