@@ -72,12 +72,23 @@ async function settled(viewer) {
   await viewer.page.waitForTimeout(400); // for the light to rest
 }
 
-/** Waits until the page lights what it shows: to begin with it has pictures of the server. */
-function litHere(viewer) {
-  return until(
+/** Waits until the page lights what it shows, and that has faded in: to begin with it has pictures of the server. */
+async function litHere(viewer) {
+  await until(
     "a surface that the page lights",
     () => viewer.stat("stream"),
     (text) => text.startsWith("surface, lit here"),
+  );
+  let before = [];
+  await until(
+    "a picture at rest",
+    async () => {
+      await viewer.page.waitForTimeout(500);
+      const last = before;
+      before = await viewer.greyLevels();
+      return difference(last, before);
+    },
+    (by) => by === 0,
   );
 }
 
@@ -168,7 +179,11 @@ test("a moved light is seen before the server has drawn it", async () => {
     const before = await viewer.greyLevels();
     await viewer.page.locator("#picture").press("ArrowRight");
     await viewer.changedFrom(before, 0.2, "a light that the server has not seen");
-    assert.equal(await viewer.page.locator("#picture").getAttribute("aria-busy"), "true");
+    await until(
+      "a mark that the server has not drawn it",
+      () => viewer.page.locator("#picture").getAttribute("aria-busy"),
+      (busy) => busy === "true",
+    );
     await server.send("SIGCONT");
     await viewer.settled();
     await viewer.page.close();
@@ -294,7 +309,6 @@ test("a frozen volume that was seen before is shown at once", async () => {
       () => viewer.number("volume-id"),
       (id) => id >= 4,
     );
-    await litHere(viewer);
     const press = (key) => viewer.page.locator("body").press(key);
     // Key and number in one turn of the page: no picture comes between.
     const frozenAt = await viewer.page.evaluate(() => {
@@ -431,7 +445,7 @@ test("volumes that were seen are played without the server", async () => {
     server.send("SIGCONT");
     // It stops at what is seen here, wherever the server is.
     await viewer.page.locator('[data-cine="main"]').click();
-    await viewer.page.waitForTimeout(100);
+    await viewer.page.waitForTimeout(1000); // a busy machine takes a while for the click
     const stopped = await viewer.number("volume-id");
     await viewer.page.waitForTimeout(1500);
     assert.equal(await viewer.number("volume-id"), stopped);
