@@ -8,6 +8,7 @@ import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { after, before, test } from "node:test";
 import { ServerProcess } from "./server_process.mjs";
+import { differences, thumbnail } from "./surface_pictures.mjs";
 import { difference, launchChromium, until, ViewerPage } from "./viewer_page.mjs";
 
 // Of 255. What remains is the step of the depths, and rounding.
@@ -21,40 +22,6 @@ before(async () => {
   browser = await launchChromium({ webGl: true });
 });
 after(() => browser?.close());
-
-/** Runs in the page: how its picture differs from the server's picture of the same scene, in the part given. */
-async function differences(part) {
-  const pixelsOf = (image, width, height) => {
-    const canvas = document.createElement("canvas");
-    Object.assign(canvas, { width, height });
-    const context = canvas.getContext("2d", { willReadFrequently: true });
-    context.drawImage(image, 0, 0);
-    return context.getImageData(part.left * width, part.top * height, width, height).data;
-  };
-  const shown = document.querySelector("#picture");
-  const bitmap = await createImageBitmap(await (await fetch("/api/picture.png")).blob());
-  const [a, b] = [shown, bitmap].map((image) => pixelsOf(image, bitmap.width, bitmap.height));
-  let [sum, most, count, light] = [0, 0, 0, 0];
-  for (let at = 0; at < a.length; ++at) {
-    if (at % 4 === 3 || a[4 * (at >> 2) + 3] === 0) continue; // beyond the canvas
-    const apart = Math.abs(a[at] - b[at]);
-    sum += apart;
-    light += b[at];
-    most = Math.max(most, apart);
-    ++count;
-  }
-  return { mean: sum / count, most, light: light / count, width: shown.width };
-}
-
-/** Grey levels of the picture with 40 pixels on each side. */
-function thumbnail() {
-  const side = 40;
-  const context = new OffscreenCanvas(side, side).getContext("2d");
-  context.imageSmoothingQuality = "high";
-  context.drawImage(document.querySelector("#picture"), 0, 0, side, side);
-  const { data } = context.getImageData(0, 0, side, side);
-  return Array.from({ length: side * side }, (_, pixel) => data[4 * pixel + 1]);
-}
 
 async function change(server, scene) {
   const response = await fetch(`${server.url}api/scene`, {
