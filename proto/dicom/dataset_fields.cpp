@@ -5,6 +5,14 @@
 
 namespace fanlight {
 
+std::string dicom_text(DcmItem& item, const DcmTagKey& key) {
+  OFString value;
+  if (item.findAndGetOFStringArray(key, value).bad()) return "";
+  std::string text(value.c_str());
+  while (text.ends_with(' ')) text.pop_back();
+  return text;
+}
+
 std::string new_dicom_uid(const char* root) {
   std::array<char, 128> uid{};
   return dcmGenerateUniqueIdentifier(uid.data(), root);

@@ -62,6 +62,10 @@ class DicomFields {
   bool& failed_;
 };
 
+/// The values of a text field, without the spaces at their end; empty where there is none. In the character
+/// set of the item.
+std::string dicom_text(DcmItem& item, const DcmTagKey& key);
+
 /// A new unique identifier below one of DCMTK's SITE_..._UID_ROOT.
 std::string new_dicom_uid(const char* root);
 

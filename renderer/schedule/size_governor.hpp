@@ -43,7 +43,11 @@ class SizeGovernor {
   /// The proportions of all sizes are those of `usual`.
   SizeGovernor(PictureSize usual, PictureSize largest) : usual_(usual), largest_(largest) {}
 
-  void set_largest(PictureSize largest) { largest_ = largest; }
+  /// Of a renderer that was made again, whose first picture pays for the shaders again.
+  void set_largest(PictureSize largest) {
+    largest_ = largest;
+    usual_measured_ = 0;
+  }
 
   void want(const WantedSizes& wanted) { wanted_ = wanted; }
 

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "proto/base/printable.hpp"
@@ -91,11 +92,12 @@ Result<std::optional<std::vector<std::uint8_t>>> object_of(const std::string& fi
 Result<void> stage_each(Outbox& outbox, const SendOptions& options, const DicomIdentity& patient,
                         DicomSeries& series, const std::atomic<bool>& stop,
                         std::vector<std::filesystem::path>& staged) {
+  bool has_picture = false;
   for (const std::string& file : options.files) {
     if (stop) return Error{ErrorCode::kUnavailable, "ended by a signal"};
     const auto object = object_of(file, patient, series);
     if (!object) return object.error();
-    if (*object && series.next_instance == 2) note_missing_id(patient);  // the first picture
+    if (*object && !std::exchange(has_picture, true)) note_missing_id(patient);
     auto path = *object ? outbox.stage(**object, file) : outbox.stage_file(file);
     if (!path) return path.error();
     staged.push_back(std::move(*path));

@@ -21,11 +21,22 @@ Error not_prepared(const std::string& path, const OFCondition& problem, std::str
                                                    printable(path), printable(problem.text()), expected)};
 }
 
+constexpr auto kProfile = TSP_Profile_BCP195_ND;
+
+/// DCMTK 3.6.8 and later want the profile too.
+OFCondition set_certificate(auto& layer, const char* file) {
+  if constexpr (requires { layer.setCertificateFile(file, DCF_Filetype_PEM); }) {
+    return layer.setCertificateFile(file, DCF_Filetype_PEM);
+  } else {
+    return layer.setCertificateFile(file, DCF_Filetype_PEM, kProfile);
+  }
+}
+
 /// Everything that makes a connection safe is checked here: DCMTK's own class for it passes over a file that
 /// it cannot read, and never puts the profile in force.
 Result<std::unique_ptr<DcmTLSTransportLayer>> tls_of(const DicomPeer& peer) {
   auto layer = std::make_unique<DcmTLSTransportLayer>(NET_REQUESTOR, nullptr, OFTrue);
-  if (const OFCondition set = layer->setTLSProfile(TSP_Profile_BCP195_ND); set.bad())
+  if (const OFCondition set = layer->setTLSProfile(kProfile); set.bad())
     return not_prepared("DICOM's TLS profile", set, "OpenSSL with its cipher suites");
   if (const OFCondition set = layer->activateCipherSuites(); set.bad())
     return not_prepared("DICOM's TLS profile", set, "OpenSSL with its cipher suites");
@@ -36,7 +47,7 @@ Result<std::unique_ptr<DcmTLSTransportLayer>> tls_of(const DicomPeer& peer) {
   if (peer.certificate_file.empty()) return layer;
   if (const auto set = layer->setPrivateKeyFile(peer.key_file.c_str(), DCF_Filetype_PEM); set.bad())
     return not_prepared(peer.key_file, set, "a PEM file with a private key");
-  if (const auto set = layer->setCertificateFile(peer.certificate_file.c_str(), DCF_Filetype_PEM); set.bad())
+  if (const auto set = set_certificate(*layer, peer.certificate_file.c_str()); set.bad())
     return not_prepared(peer.certificate_file, set, "a PEM file with a certificate");
   if (!layer->checkPrivateKeyMatchesCertificate()) {
     return Error{ErrorCode::kInvalidArgument,

@@ -27,8 +27,8 @@ constexpr const char* kUserAgent = "Fanlight";
 constexpr std::string_view kBearer = "Bearer ";
 
 struct Answer {
-  long status = 0;
-  std::string body;
+  long status = 0;   ///< 0: the connection broke after it was made
+  std::string body;  ///< the reason, where it broke
 };
 
 /// Requests to one address by libcurl, over one connection where the service keeps it.
@@ -99,7 +99,8 @@ class Transfer {
   }
 
  private:
-  /// kUnavailable, kInvalidArgument; the sentence has libcurl's reason.
+  /// kUnavailable: there is no connection; kInvalidArgument: a file for TLS. The sentence has libcurl's
+  /// reason.
   Result<Answer> run() {
     answer_ = {};
     problem_[0] = '\0';
@@ -107,6 +108,9 @@ class Transfer {
     if (done != CURLE_OK) {
       const bool is_argument = done == CURLE_SSL_CERTPROBLEM || done == CURLE_SSL_CACERT_BADFILE;
       const char* const text = problem_[0] != '\0' ? problem_.data() : curl_easy_strerror(done);
+      curl_off_t connected_us = 0;
+      (void)curl_easy_getinfo(curl_, CURLINFO_PRETRANSFER_TIME_T, &connected_us);
+      if (connected_us > 0 && !is_argument) return Answer{.status = 0, .body = printable(text)};
       return Error{is_argument ? ErrorCode::kInvalidArgument : ErrorCode::kUnavailable, printable(text)};
     }
     curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &answer_.status);
@@ -184,10 +188,9 @@ Result<DicomWebPeer> parse_dicom_web(const std::string& url, std::string login) 
     return wrong_url(url, "a URL without ? and #");
   if (!login.empty() && part(CURLUPART_SCHEME) == "http" && !is_local(part(CURLUPART_HOST)))
     return wrong_url(url, "https, since a login would cross the network unencrypted");
-  if (url.find("/studies") != std::string::npos)
-    return wrong_url(url, "the root of the service, without /studies");
   DicomWebPeer peer{.url = url, .login = std::move(login)};
   while (peer.url.ends_with('/')) peer.url.pop_back();
+  if (peer.url.ends_with("/studies")) return wrong_url(url, "the root of the service, without /studies");
   return peer;
 }
 
@@ -212,6 +215,8 @@ Result<StoreOutcome> outcome_of_answer(long status, const std::string& body) {
   constexpr long kOk = 200;
   constexpr long kAccepted = 202;  // some objects; here there is one
   constexpr long kConflict = 409;
+  if (status == 0)
+    return StoreOutcome::of_peer(State::kNotSent, fmt::format("the connection broke ({})", body));
   if (status == kOk || status == kAccepted || status == kConflict) {
     if (const unsigned reason = failure_reason(body); reason != 0)
       return outcome_of_status(static_cast<std::uint16_t>(reason));
@@ -252,6 +257,7 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
       continue;
     }
     const auto answer = transfer.send_file(files[at]);
+    if (stop) break;  // it was cut off, or nobody waits for the rest
     const auto outcome =
         answer ? outcome_of_answer(answer->status, answer->body) : Result<StoreOutcome>(answer.error());
     if (!outcome && at == 0) return named(outcome.error());
@@ -268,10 +274,10 @@ Result<void> check_web(const DicomWebPeer& peer) {
   constexpr long kNoContent = 204;
   if (answer && (answer->status == 200 || answer->status == kNoContent)) return {};
   if (!answer) return Error{answer.error().code, fmt::format("{}: {}", shown(peer), answer.error().message)};
-  const auto outcome = outcome_of_answer(answer->status, "");
-  const std::string problem =
-      outcome ? fmt::format("HTTP status {}, expected the URL of a DICOMweb service", answer->status)
-              : outcome.error().message;
+  const auto outcome = outcome_of_answer(answer->status, answer->body);
+  std::string problem = fmt::format("HTTP status {}, expected the URL of a DICOMweb service", answer->status);
+  if (!outcome) problem = outcome.error().message;
+  if (answer->status == 0) problem = outcome->sentence;
   return Error{ErrorCode::kUnavailable, fmt::format("{}: {}", shown(peer), problem)};
 }
 

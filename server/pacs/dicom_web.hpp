@@ -38,9 +38,9 @@ std::string shown(const DicomWebPeer& peer);
 
 /// Sends DICOM files, each in a request of its own (STOW-RS, PS3.18, 10.5), by libcurl: the file is read as
 /// it is sent. TLS is of version 1.2 or later, and the certificate must name the host. A proxy is that of the
-/// environment. Waits up to 10 s for a connection and 10 minutes for an answer, less when `stop` is set.
-/// Errors: kUnavailable, for the first file only: the service cannot be reached, is none, or refuses the
-/// login. kInvalidArgument: a file for TLS.
+/// environment. Waits up to 10 s for a connection and 10 minutes for an answer; `stop` ends it sooner.
+/// Errors, for the first file only: kUnavailable, the service cannot be reached, is none, or refuses the
+/// login; kInvalidArgument, a file for TLS. A connection that breaks later is a failure of that object.
 Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
                                                std::span<const std::filesystem::path> files,
                                                const std::atomic<bool>& stop);
@@ -49,7 +49,8 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
 Result<void> check_web(const DicomWebPeer& peer);
 
 /// What an answer to a stored object means: its status and its body (PS3.18, table 10.5.3-1, and its JSON).
-/// kUnavailable: the service is none, or refuses the login; other objects would fare alike.
+/// 0: the connection broke, and the body is the reason. kUnavailable: the service is none, or refuses the
+/// login; other objects would fare alike.
 Result<StoreOutcome> outcome_of_answer(long status, const std::string& body);
 
 }  // namespace fanlight

@@ -19,9 +19,9 @@ namespace fanlight {
 
 /// DICOM files on a disk that wait for one archive, in the order in which they came. They outlast the
 /// program, a power cut, and an archive that is absent. The names of the files are times and random digits;
-/// the files are their owner's alone. The time of a file is that of its last attempt, so that what failed
-/// comes last. What the archive refuses for good is moved to the folder `refused` in it; the file `archive`
-/// says for which archive the folder is. Several programs may add; one sends. One thread.
+/// the files are their owner's alone. What failed has a name that begins with `tried-`, and comes last. What
+/// the archive refuses for good is moved to the folder `refused` in it; the file `archive` says for which
+/// archive the folder is. Several programs may add; one sends. One thread.
 class Outbox {
  public:
   struct Report {

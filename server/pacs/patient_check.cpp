@@ -23,14 +23,6 @@ struct Field {
   std::string_view name;
 };
 
-std::string text_of(DcmItem& item, const DcmTagKey& key) {
-  OFString value;
-  if (item.findAndGetOFStringArray(key, value).bad()) return "";
-  std::string text(value.c_str());
-  while (text.ends_with(' ')) text.pop_back();
-  return text;
-}
-
 }  // namespace
 
 Result<void> check_same_patient(const std::filesystem::path& path, const DicomIdentity& identity) {
@@ -47,7 +39,7 @@ Result<void> check_same_patient(const std::filesystem::path& path, const DicomId
                           Field{DCM_StudyInstanceUID, &DicomIdentity::study_uid, "study_uid"}};
   for (const auto& [key, member, name] : fields) {
     const std::string& wanted = identity.*member;
-    if (wanted.empty() || text_of(dataset, key) == wanted) continue;
+    if (wanted.empty() || dicom_text(dataset, key) == wanted) continue;
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("{} has another {} than the file of --patient, or none, expected the same: give "
                              "convert that file too",

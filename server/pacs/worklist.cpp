@@ -60,27 +60,18 @@ void add_keys(DicomFields& fields, const WorklistQuery& query) {
     step.empty(key);
 }
 
-/// A text of the peer's; empty where it has none.
-std::string text_of(DcmItem& item, const DcmTagKey& key) {
-  OFString value;
-  if (item.findAndGetOFStringArray(key, value).bad()) return "";
-  std::string text(value.c_str());
-  while (text.ends_with(' ')) text.pop_back();
-  return text;
-}
-
 WorklistEntry entry_of(DcmDataset& dataset) {
   WorklistEntry entry;
   entry.has_unknown_characters = dataset.convertToUTF8().bad();
-  for (const auto& [key, member] : identity_keys()) entry.identity.*member = text_of(dataset, key);
+  for (const auto& [key, member] : identity_keys()) entry.identity.*member = dicom_text(dataset, key);
   DcmItem* step = nullptr;
   if (dataset.findAndGetSequenceItem(DCM_ScheduledProcedureStepSequence, step).bad() || step == nullptr)
     return entry;
-  entry.identity.scheduled_step_id = text_of(*step, DCM_ScheduledProcedureStepID);
-  entry.date = text_of(*step, DCM_ScheduledProcedureStepStartDate);
-  entry.time = text_of(*step, DCM_ScheduledProcedureStepStartTime);
-  entry.step_description = text_of(*step, DCM_ScheduledProcedureStepDescription);
-  entry.station_title = text_of(*step, DCM_ScheduledStationAETitle);
+  entry.identity.scheduled_step_id = dicom_text(*step, DCM_ScheduledProcedureStepID);
+  entry.date = dicom_text(*step, DCM_ScheduledProcedureStepStartDate);
+  entry.time = dicom_text(*step, DCM_ScheduledProcedureStepStartTime);
+  entry.step_description = dicom_text(*step, DCM_ScheduledProcedureStepDescription);
+  entry.station_title = dicom_text(*step, DCM_ScheduledStationAETitle);
   return entry;
 }
 

@@ -193,6 +193,7 @@ TEST(DicomWeb, AnswersFollowTheirStatusAndTheirFailedObjects) {
   EXPECT_EQ(state(409, "<xml/>"), State::kRefused);
   EXPECT_EQ(state(413, ""), State::kRefused);
   EXPECT_EQ(state(503, ""), State::kNotSent);
+  EXPECT_EQ(state(0, "reset by peer"), State::kNotSent);
   for (const long status : {301L, 401L, 403L, 404L, 405L}) {
     const auto outcome = outcome_of_answer(status, "");
     ASSERT_FALSE(outcome) << status;
@@ -207,6 +208,8 @@ TEST(DicomWeb, IsAUrlWithoutALogin) {
   EXPECT_TRUE(parse_dicom_web("http://localhost:8042/dicom-web", "user:password"));
   EXPECT_FALSE(parse_dicom_web("http://pacs.example/dicom-web", "user:password")) << "unencrypted";
   EXPECT_TRUE(parse_dicom_web("http://pacs.example/dicom-web"));
+  EXPECT_TRUE(parse_dicom_web("https://pacs.example/studies-2/dicom-web"));
+  EXPECT_FALSE(parse_dicom_web("https://pacs.example/dicom-web/studies/"));
   for (const char* url : {"https://user:secret@pacs.example/", "https://", "ftp://pacs.example/",
                           "https://pacs.example/?a=b", "pacs.example"}) {
     const auto refused = parse_dicom_web(url);
