@@ -54,7 +54,7 @@ Result<Archive> PacsOptions::archive() const {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("{} cannot be read, expected a PEM file", printable(*path))};
   }
-  if (!is_dicom_web_url(peer)) {
+  if (!is_url(peer)) {
     if (!http_login.empty()) {
       return Error{ErrorCode::kInvalidArgument,
                    "--http-login is for an archive with a URL, expected --to https://..."};

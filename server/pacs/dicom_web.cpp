@@ -165,8 +165,8 @@ Error wrong_url(const std::string& url, std::string_view expected) {
 
 }  // namespace
 
-bool is_dicom_web_url(std::string_view text) {
-  return text.starts_with("https://") || text.starts_with("http://");
+bool is_url(std::string_view text) {
+  return text.find("://") != std::string_view::npos;
 }
 
 Result<DicomWebPeer> parse_dicom_web(const std::string& url, std::string login) {
@@ -178,7 +178,8 @@ Result<DicomWebPeer> parse_dicom_web(const std::string& url, std::string login) 
     curl_free(text);
     return value;
   };
-  if (!is_dicom_web_url(url) || curl_url_set(parts.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK)
+  const bool is_http = url.starts_with("https://") || url.starts_with("http://");
+  if (!is_http || curl_url_set(parts.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK)
     return wrong_url(url, "a URL such as https://pacs.example/dicom-web");
   if (!part(CURLUPART_USER).empty() || !part(CURLUPART_PASSWORD).empty()) {
     return Error{ErrorCode::kInvalidArgument,
@@ -197,7 +198,11 @@ Result<DicomWebPeer> parse_dicom_web(const std::string& url, std::string login) 
 Result<std::string> read_http_login(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string line;
-  std::getline(file, line);
+  if (!std::getline(file, line)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} cannot be read, expected a file with a login in its first line",
+                             printable(path.string()))};
+  }
   while (line.ends_with('\r') || line.ends_with(' ')) line.pop_back();
   const std::size_t colon = line.find(':');
   const bool is_login = line.starts_with(kBearer) || (colon != std::string::npos && colon > 0);
@@ -257,7 +262,7 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
       continue;
     }
     const auto answer = transfer.send_file(files[at]);
-    if (stop) break;  // it was cut off, or nobody waits for the rest
+    if (stop) break;  // it was cut off
     const auto outcome =
         answer ? outcome_of_answer(answer->status, answer->body) : Result<StoreOutcome>(answer.error());
     if (!outcome && at == 0) return named(outcome.error());

@@ -23,7 +23,7 @@ struct DicomWebPeer {
 };
 
 /// Whether a text is a URL, and no TITLE@HOST:PORT.
-bool is_dicom_web_url(std::string_view text);
+bool is_url(std::string_view text);
 
 /// kInvalidArgument: no URL of http or https; one with a login in it; or a login that would cross a network
 /// unencrypted.
