@@ -33,6 +33,18 @@ constexpr std::int64_t kSettlePollNs = 10'000'000;
 
 }  // namespace
 
+Result<Renderer::AllPipelines> Renderer::pipelines_of(PipelineStore& store, const Dependencies& dependencies,
+                                                      const Pipelines::Config& config) {
+  if (dependencies.light_gpu == nullptr || dependencies.light_gpu == &dependencies.gpu) {
+    auto pipelines = store.get(dependencies.gpu, config);
+    if (!pipelines) return pipelines.error();
+    return AllPipelines(*std::move(pipelines), nullptr);
+  }
+  // The driver has one cache file, which the pipelines of pass 1 fill.
+  return store.get({dependencies.gpu, config},
+                   {*dependencies.light_gpu, {.sampling = config.sampling, .cache = {}}});
+}
+
 Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const Dependencies& dependencies,
                                                    const NumberedScene& scene) {
   const Gpu& gpu = dependencies.gpu;
@@ -42,21 +54,15 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   const std::uint64_t band_samples = config.band_samples.value_or(processor ? kProcessorBand : kGpuBand);
   PipelineStore own;
   PipelineStore& store = dependencies.store != nullptr ? *dependencies.store : own;
-  auto pipelines = store.get(gpu, {.sampling = sampling, .cache = config.pipeline_cache});
+  auto pipelines = pipelines_of(store, dependencies, {.sampling = sampling, .cache = config.pipeline_cache});
   if (!pipelines) return pipelines.error();
-  std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene, std::move(*pipelines),
+  std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene, *std::move(pipelines),
                                               {.size = config.size,
                                                .largest = config.size,
                                                .band_samples = band_samples / kPrivateBandDivisor,
                                                .skipping = config.skipping,
                                                .pauses = true}));
 
-  if (!made->on_one_device()) {
-    // The driver has one cache file, which the pipelines of pass 1 fill.
-    auto light_pipelines = store.get(made->light_gpu_, {.sampling = sampling, .cache = {}});
-    if (!light_pipelines) return light_pipelines.error();
-    made->light_pipelines_ = std::move(*light_pipelines);
-  }
   if (auto slots = made->create_slots(band_samples, sampling); !slots) return slots.error();
   made->pipelines_->save_cache();
   return made;

@@ -228,14 +228,20 @@ class Renderer {
     Scene filtered_view;
   };
 
+  /// Of `gpu` and of `light_gpu`; the second is null where they are one.
+  using AllPipelines = std::pair<std::shared_ptr<Pipelines>, std::shared_ptr<Pipelines>>;
+  static Result<AllPipelines> pipelines_of(PipelineStore& store, const Dependencies& dependencies,
+                                           const Pipelines::Config& config);
+
   Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene,
-           std::shared_ptr<Pipelines> pipelines, const CastPass::Config& private_casts)
+           AllPipelines pipelines, const CastPass::Config& private_casts)
       : config_(config),
         gpu_(dependencies.gpu),
         light_gpu_(dependencies.light_gpu != nullptr ? *dependencies.light_gpu : dependencies.gpu),
         devices_(gpu_, light_gpu_),
         counters_(dependencies.counters),
-        pipelines_(std::move(pipelines)),
+        pipelines_(std::move(pipelines.first)),
+        light_pipelines_(std::move(pipelines.second)),
         private_({&gpu_, pipelines_.get()}, counters_, private_casts),
         watchdog_(config.watchdog.value_or(default_limits(gpu_))),
         scenes_(scene) {}

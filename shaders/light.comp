@@ -17,7 +17,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const bool kPerspective = false;
-// The light has a radius.
+// The light has a radius. Without effect where kSoftLight is true.
 layout(constant_id = 1) const bool kSoftShadows = true;
 // Shadows and scattered light come from soft_light.comp and scatter.comp.
 layout(constant_id = 2) const bool kSoftLight = false;

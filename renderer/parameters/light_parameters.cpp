@@ -151,8 +151,10 @@ PipelineKey smooth_key(bool along_columns, bool keeps_edges) {
 }
 
 PipelineKey light_key(bool perspective, bool soft_shadows, bool soft_light) {
+  // Soft light comes with its shadows.
+  const bool casts_soft_shadows = soft_shadows && !soft_light;
   return {.shader = Shader::kLight,
-          .constants = {perspective ? 1 : 0, soft_shadows ? 1 : 0, soft_light ? 1 : 0}};
+          .constants = {perspective ? 1 : 0, casts_soft_shadows ? 1 : 0, soft_light ? 1 : 0}};
 }
 
 PipelineKey soft_light_key(bool perspective, bool soft_shadows) {
@@ -207,7 +209,7 @@ std::array<PipelineKey, kLightVariants> light_variants() {
   for (const bool first : {false, true}) {
     for (const bool second : {false, true}) {
       *next++ = light_key(first, second, false);
-      *next++ = light_key(first, second, true);
+      if (second) *next++ = light_key(first, second, true);
       *next++ = soft_light_key(first, second);
       *next++ = scatter_key(first, second);
       *next++ = smooth_key(first, second);

@@ -30,7 +30,7 @@ struct LightKeys {
 };
 LightKeys light_keys(const Scene& scene);
 
-inline constexpr std::size_t kLightVariants = 20;
+inline constexpr std::size_t kLightVariants = 18;
 /// Every value that the keys of the light and of the smoothing filter can have, to be built before a scene
 /// needs them: a changed light or filter must not wait for a pipeline.
 std::array<PipelineKey, kLightVariants> light_variants();

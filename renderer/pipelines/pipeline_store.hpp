@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "renderer/pipelines/pipelines.hpp"
@@ -17,6 +18,14 @@ class PipelineStore {
   /// `config`; later calls ignore that cache. Error: a pipeline that cannot be built.
   Result<std::shared_ptr<Pipelines>> get(const Gpu& gpu, const Pipelines::Config& config);
 
+  struct Wanted {
+    const Gpu& gpu;
+    const Pipelines::Config& config;
+  };
+  /// The same for two devices. Builds those of the second one on another thread meanwhile.
+  Result<std::pair<std::shared_ptr<Pipelines>, std::shared_ptr<Pipelines>>> get(const Wanted& first,
+                                                                                const Wanted& second);
+
   /// Drops all pipelines. Call it before a device is destroyed.
   void clear() { kept_.clear(); }
 
@@ -26,6 +35,9 @@ class PipelineStore {
     Sampling sampling;
     std::shared_ptr<Pipelines> pipelines;
   };
+  std::shared_ptr<Pipelines> find(const Wanted& wanted) const;
+  Result<std::shared_ptr<Pipelines>> keep(const Wanted& wanted, Result<std::unique_ptr<Pipelines>> made);
+
   std::vector<Kept> kept_;
 };
 

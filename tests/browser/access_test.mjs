@@ -10,10 +10,9 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 import { difference, until } from "./viewer_page.mjs";
-import { withPage } from "./with_page.mjs";
+import { kStillSource, withPage, withStillPage } from "./with_page.mjs";
 
 const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
-const kStillSource = "phantom:scene=relief,probe=r1,volumes=1,rate=20";
 const kMaxSameDifference = 6; // mean grey levels of 255; pictures of the same scene differ by less
 
 const controlText = (viewer) => viewer.page.locator("#control span").textContent();
@@ -93,7 +92,7 @@ test("the page requests a token, shows the refusal of a wrong one, and keeps the
 });
 
 test("one display at a time holds control", async () => {
-  await withPage("control", kStillSource, async (first, server) => {
+  await withStillPage("control", async (first, server) => {
     await first.firstPicture();
     const second = await server.openPage();
     try {
@@ -142,7 +141,7 @@ test("one display at a time holds control", async () => {
 });
 
 test("PNG and H.264 show the same picture as JPEG", async () => {
-  await withPage("codecs", kStillSource, async (viewer) => {
+  await withStillPage("codecs", async (viewer) => {
     await viewer.firstPicture();
     await viewer.drag([0.7, 0.4], [0.5, 0.5]);
     await viewer.settled();

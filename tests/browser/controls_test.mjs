@@ -6,10 +6,9 @@ import { test } from "node:test";
 import { setTimeout as pause } from "node:timers/promises";
 import AxeBuilder from "@axe-core/playwright";
 import { until } from "./viewer_page.mjs";
-import { withPage } from "./with_page.mjs";
+import { withPage, withStillPage } from "./with_page.mjs";
 
 const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
-const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
 
 const wordOf = (viewer) => viewer.page.locator("#connection [role=status]").textContent();
 const press = (viewer, key) => viewer.page.keyboard.press(key);
@@ -47,7 +46,7 @@ async function onPhone(viewer, width, height, steps) {
 }
 
 test("the controls in reach are few, and statistics come at a key", async () => {
-  await withPage("in-reach", kStillSource, async (viewer) => {
+  await withStillPage("in-reach", async (viewer) => {
     await viewer.firstPicture();
     await closeAdvanced(viewer);
     const visible = await viewer.page.locator("input:visible, select:visible, button:not(.banner *):visible").count();
@@ -103,7 +102,7 @@ test("a frozen picture stays, the last volumes are stepped through, and the ligh
 });
 
 test("presets, sliders and panes change the picture, and undo and redo take that back and forth", async () => {
-  await withPage("presets", kStillSource, async (viewer) => {
+  await withStillPage("presets", async (viewer) => {
     await viewer.firstPicture();
     assert.ok(await isPressed(viewer, '[data-preset="face"]'));
     await click(viewer, '[data-preset="bone"]');
@@ -172,7 +171,7 @@ test("presets, sliders and panes change the picture, and undo and redo take that
 });
 
 test("only Turn resets the view at a double click; Pan shifts it", async () => {
-  await withPage("tools", kStillSource, async (viewer) => {
+  await withStillPage("tools", async (viewer) => {
     await viewer.firstPicture();
     await click(viewer, '[data-view="90 0"]');
     await viewer.settled();
@@ -223,7 +222,7 @@ test("a distance is measured on a frozen surface only, straight and along it", a
 });
 
 test("settings are found by their words, and a refusal can be closed", async () => {
-  await withPage("found-setting", kStillSource, async (viewer) => {
+  await withStillPage("found-setting", async (viewer) => {
     await viewer.firstPicture();
     const search = viewer.page.locator("#find-setting");
     await search.fill("softness");
@@ -243,7 +242,7 @@ test("settings are found by their words, and a refusal can be closed", async () 
 });
 
 test("on a phone the picture comes first, and a scroll that begins on a slider sets nothing", async () => {
-  await withPage("phone", kStillSource, async (viewer) => {
+  await withStillPage("phone", async (viewer) => {
     await viewer.firstPicture();
     for (const [width, height, share] of [
       [390, 844, 0.4],
@@ -298,7 +297,7 @@ test("on a phone the picture comes first, and a scroll that begins on a slider s
 });
 
 test("three lights have handles, which the mouse, keys and a finger move, and a panel", async () => {
-  await withPage("lights", kStillSource, async (viewer) => {
+  await withStillPage("lights", async (viewer) => {
     const { page } = viewer;
     await viewer.firstPicture();
     const marker = async (lamp) => {

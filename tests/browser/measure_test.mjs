@@ -6,9 +6,7 @@ import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import AxeBuilder from "@axe-core/playwright";
 import { until } from "./viewer_page.mjs";
-import { withPage } from "./with_page.mjs";
-
-const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
+import { withStillPage } from "./with_page.mjs";
 
 /** The place on the page of shares of the picture's width and height. */
 async function placeOf(viewer, right, down) {
@@ -49,7 +47,7 @@ async function heightMm(viewer, panes) {
 }
 
 test("a volume is measured by outlines in parallel planes, and goes to a file and a still", async () => {
-  await withPage("measured-volume", kStillSource, async (viewer) => {
+  await withStillPage("measured-volume", async (viewer) => {
     await begin(viewer, "9");
     await viewer.page.locator("#tomography-step").selectOption("5");
     await viewer.settled();
@@ -114,7 +112,7 @@ test("a volume is measured by outlines in parallel planes, and goes to a file an
 });
 
 test("distances, angles and ellipses are measured in a plane, which shows them, and on the surface", async () => {
-  await withPage("measured-planes", kStillSource, async (viewer) => {
+  await withStillPage("measured-planes", async (viewer) => {
     await begin(viewer, "4");
     const fieldMm = await heightMm(viewer, 1);
     const { width, height } = await viewer.page.locator("#picture").boundingBox();

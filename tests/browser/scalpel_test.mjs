@@ -3,9 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { until } from "./viewer_page.mjs";
-import { withPage } from "./with_page.mjs";
+import { withStillPage } from "./with_page.mjs";
 
-const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
 /** Where the lassos of the tests lie, in shares of the picture's width and height. */
 const kPlace = [0.5, 0.5];
 const kRadius = 0.1;
@@ -66,7 +65,7 @@ const cuts = (viewer, number) =>
   );
 
 test("a lasso cuts away what it surrounds, in the planes too, and all of it is restored", async () => {
-  await withPage("scalpel", kStillSource, async (viewer) => {
+  await withStillPage("scalpel", async (viewer) => {
     await viewer.firstPicture();
     await viewer.unfold("cuts");
     const mark = viewer.page.locator("#cut-mark");
@@ -106,7 +105,7 @@ test("a lasso cuts away what it surrounds, in the planes too, and all of it is r
 });
 
 test("a depth, a ball, keys, touch and pictures of the server", async () => {
-  await withPage("scalpel-depth", kStillSource, async (viewer) => {
+  await withStillPage("scalpel-depth", async (viewer) => {
     await viewer.firstPicture();
     await viewer.unfold("cuts");
     await viewer.settled();
@@ -197,7 +196,7 @@ test("a depth, a ball, keys, touch and pictures of the server", async () => {
 });
 
 test("a display that is not in control does not cut", async () => {
-  await withPage("scalpel-refused", kStillSource, async (viewer, server) => {
+  await withStillPage("scalpel-refused", async (viewer, server) => {
     await viewer.firstPicture();
     await viewer.settled();
     const other = await server.openPage();

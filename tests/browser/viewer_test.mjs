@@ -7,11 +7,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { difference, until } from "./viewer_page.mjs";
-import { withPage } from "./with_page.mjs";
+import { withPage, withStillPage } from "./with_page.mjs";
 
-const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
 // At this rate a busy machine generates each frame in time. A volume that lacks several frames in a row is never shown.
-const kStillSource = process.env.FANLIGHT_STILL_SOURCE ?? "phantom:scene=relief,probe=r1,volumes=1,rate=20";
+const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
 const kMinChangedDifference = 4; // mean grey levels of 255; pictures of different scenes differ by more
 
 test("the page shows a stream of pictures and a complete status line, and contacts no other host", async () => {
@@ -66,7 +65,7 @@ test("the page shows a stream of pictures and a complete status line, and contac
 });
 
 test("a moved light does not run ray casting; a changed threshold or camera does", async () => {
-  await withPage("moved", kStillSource, async (viewer) => {
+  await withStillPage("moved", async (viewer) => {
     await viewer.firstPicture();
     await viewer.settled();
 
@@ -118,7 +117,7 @@ test("a moved light does not run ray casting; a changed threshold or camera does
 });
 
 test("the page shows a refusal and restores the value in force", async () => {
-  await withPage("refused", kStillSource, async (viewer) => {
+  await withStillPage("refused", async (viewer) => {
     await viewer.firstPicture();
     const threshold = await viewer.field("detector.threshold");
     const box = viewer.page.locator('[data-number="detector.threshold"]');
@@ -139,7 +138,7 @@ test("the page shows a refusal and restores the value in force", async () => {
 });
 
 test("the page shows the measured threshold, keeps it at a click, and finds the surface", async () => {
-  await withPage("found", kStillSource, async (viewer) => {
+  await withStillPage("found", async (viewer) => {
     await viewer.firstPicture();
     assert.equal(await viewer.field("detector.threshold"), 0);
     const measured = viewer.page.locator('.measured:has([data-keep="detector.threshold"])');
@@ -162,7 +161,7 @@ test("the page shows the measured threshold, keeps it at a click, and finds the 
 });
 
 test("a click on a plane moves the other planes, and not the view plane of the surface", async () => {
-  await withPage("slice-click", kStillSource, async (viewer) => {
+  await withStillPage("slice-click", async (viewer) => {
     await viewer.firstPicture();
     await viewer.choose("mode", "slices");
     await viewer.settled();
@@ -184,7 +183,7 @@ test("a click on a plane moves the other planes, and not the view plane of the s
 });
 
 test("the page rounds a typed number to the nearest step of its field", async () => {
-  await withPage("stepped", kStillSource, async (viewer) => {
+  await withStillPage("stepped", async (viewer) => {
     await viewer.firstPicture();
     await viewer.unfold("filter");
     const box = viewer.page.locator('[data-number="filter.size"]');
@@ -202,7 +201,7 @@ test("the page rounds a typed number to the nearest step of its field", async ()
 });
 
 test("a surface colour is set and reset without ray casting", async () => {
-  await withPage("coloured", kStillSource, async (viewer) => {
+  await withStillPage("coloured", async (viewer) => {
     await viewer.firstPicture();
     await viewer.settled();
     const skin = await viewer.redMinusBlue();
@@ -230,7 +229,7 @@ test("a surface colour is set and reset without ray casting", async () => {
 });
 
 test("the transfer function is edited by mouse, keys and text, and an invalid text is refused", async () => {
-  await withPage("transfer", kStillSource, async (viewer) => {
+  await withStillPage("transfer", async (viewer) => {
     await viewer.firstPicture();
     assert.ok(await viewer.unused("transfer"), "the transfer function is in use in mode surface");
     await viewer.choose("mode", "volume");
@@ -296,7 +295,7 @@ test("the transfer function is edited by mouse, keys and text, and an invalid te
 });
 
 test("nine planes have their distances, a step and a direction, and a click moves the middle one", async () => {
-  await withPage("tomography", kStillSource, async (viewer) => {
+  await withStillPage("tomography", async (viewer) => {
     await viewer.firstPicture();
     await viewer.page.keyboard.press("9");
     await viewer.settled();
@@ -322,7 +321,7 @@ test("nine planes have their distances, a step and a direction, and a click move
 });
 
 test("the light can be moved in modes with a surface, and its marker follows the pointer", async () => {
-  await withPage("slices", kStillSource, async (viewer) => {
+  await withStillPage("slices", async (viewer) => {
     await viewer.firstPicture();
     await viewer.choose("mode", "slices");
     await viewer.settled();
@@ -373,7 +372,7 @@ test("the light can be moved in modes with a surface, and its marker follows the
 });
 
 test("the page marks a setting that has no effect, and the setting can be changed", async () => {
-  await withPage("unused", kStillSource, async (viewer) => {
+  await withStillPage("unused", async (viewer) => {
     await viewer.firstPicture();
     await viewer.unfold("finish");
     const needs = viewer.page.locator('[id="finish.iterations-needs"]');
