@@ -20,6 +20,8 @@ struct DicomIdentity {
   std::string referring_physician;
   std::string requested_procedure_id;
   std::string scheduled_step_id;
+
+  bool operator==(const DicomIdentity&) const = default;
 };
 
 }  // namespace fanlight

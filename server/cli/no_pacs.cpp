@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// In place of send_command.cpp and worklist_command.cpp in a build without DCMTK.
+// In place of send_command.cpp, worklist_command.cpp and server/pacs/still_queue.cpp in a build without
+// DCMTK.
 #include <CLI/CLI.hpp>
 
 #include "server/cli/commands.hpp"
+#include "server/pacs/still_queue.hpp"
 
 namespace fanlight {
 
 namespace {
 
+Error missing() {
+  return {ErrorCode::kUnsupported,
+          "this program was built without DCMTK, expected one built with FANLIGHT_DICOM=ON"};
+}
+
 Command add_missing(CLI::App& program, const char* name, const char* description) {
   program.add_subcommand(name, description)->allow_extras();
-  return [] {
-    return Result<void>(
-        Error{ErrorCode::kUnsupported,
-              "this program was built without DCMTK, expected one built with FANLIGHT_DICOM=ON"});
-  };
+  return [] { return Result<void>(missing()); };
 }
 
 }  // namespace
@@ -26,6 +29,11 @@ Command add_send_command(CLI::App& program) {
 
 Command add_worklist_command(CLI::App& program) {
   return add_missing(program, "worklist", "List scheduled examinations; not in this build");
+}
+
+Result<std::unique_ptr<StillArchive>> open_still_queue(const std::filesystem::path& /*folder*/,
+                                                       StillQueue::Post /*post*/) {
+  return missing();
 }
 
 }  // namespace fanlight

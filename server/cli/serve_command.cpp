@@ -30,6 +30,7 @@
 #include "server/cli/serve_report.hpp"
 #include "server/cli/service_notifier.hpp"
 #include "server/net/listen_address.hpp"
+#include "server/pacs/still_queue.hpp"
 #include "server/pipeline/pipeline.hpp"
 #include "server/service/stream_server.hpp"
 #include "server/state/path_privacy.hpp"
@@ -166,6 +167,16 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
       .control_lapse_ms = std::llround(options.control_lapse_s * 1000),
       .igtl = *std::move(igtl),
       .rtp = *std::move(rtp)};
+}
+
+/// What opens the queue for an archive; empty where none is wanted.
+OpenStillArchive archive_of(const ServeOptions& options) {
+  if (options.archive_queue.empty()) return {};
+  return [&options](StillQueue::Post post) -> Result<std::unique_ptr<StillArchive>> {
+    auto queue = open_still_queue(options.archive_queue, std::move(post));
+    if (!queue) return options.placed("archive-queue", queue.error());
+    return queue;
+  };
 }
 
 /// Before the server answers its signals, and after: a file that may be read again is read at the start
@@ -357,7 +368,8 @@ Result<void> serve(ServeOptions& options) {
                                 return true;
                               },
                           .was_read_again = [] { ServiceNotifier::reloaded(); },
-                          .ends = [] { ServiceNotifier::stopping(); }}});
+                          .ends = [] { ServiceNotifier::stopping(); }},
+                .open_archive = archive_of(options)});
   if (!made) return wrong_configuration(made.error());
   server = *std::move(made);
 

@@ -128,6 +128,12 @@ void ServeOptions::add_access_options(CLI::App& command) {
       .add_option("--presets", presets,
                   "File for saved presets; by default presets.json in the user's state folder")
       ->type_name("FILE");
+  command
+      .add_option(
+          "--archive-queue", archive_queue,
+          "Folder for stills that operators send to a DICOM archive (PACS) from the page; `fanlight send "
+          "--queue FOLDER --follow` sends them. It shows patients: keep it on an encrypted disk")
+      ->type_name("FOLDER");
 }
 
 void ServeOptions::add_source_options(CLI::App& command) {

@@ -35,6 +35,7 @@ struct ServeOptions {
   TlsFiles tls;
   std::string tokens;
   std::string presets;
+  std::string archive_queue;
   std::string audit_log;
   std::uint64_t audit_log_mb = 0;
   double control_lapse_s = 60;

@@ -52,6 +52,9 @@ struct ChangePresets {
 struct ControlRelay {
   bool sends = false;
 };
+/// Puts a still into the queue for an archive. The picture is not part of the command: who gives it writes it
+/// once the command is accepted.
+struct SendStill {};
 /// Asks for control, releases it, grants it, takes it over or keeps it.
 struct ChangeControl {
   v1::ControlRequest::Wish wish = v1::ControlRequest::ASK;
@@ -60,7 +63,7 @@ struct ChangeControl {
 
 using ClientCommand =
     std::variant<ChangeScene, ChangeView, LeaveView, ChangeProbe, FindSurface, ControlRecorder, ControlReplay,
-                 ControlCine, ChangePresets, ControlRelay, ChangeControl>;
+                 ControlCine, ChangePresets, ControlRelay, SendStill, ChangeControl>;
 
 /// Who asks. Both must outlive the answer, or CommandExecutor::forget().
 struct Requester {

@@ -222,6 +222,12 @@ CommandExecutor::Outcome CommandExecutor::apply(const ControlRelay& command, con
   return {.notice = Notice::kRelay};
 }
 
+CommandExecutor::Outcome CommandExecutor::apply(const SendStill& /*command*/, const Requester& /*who*/) {
+  if (state_.archive != nullptr) return {.audited = nullptr};  // what becomes of it is noted then
+  return {.result = refusal({ErrorCode::kUnavailable,
+                             "the server has no queue for an archive, expected the option --archive-queue"})};
+}
+
 Result<void> CommandExecutor::apply_to_lease(const ChangeControl& command, const SessionIdentity& who) {
   const auto done = [](const Result<bool>& held) { return held ? Result<void>() : held.error(); };
   switch (command.wish) {

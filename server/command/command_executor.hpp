@@ -82,6 +82,7 @@ class CommandExecutor {
   Outcome apply(const ControlCine& command, const Requester& who);
   Outcome apply(const ChangePresets& command, const Requester& who);
   Outcome apply(const ControlRelay& command, const Requester& who);
+  Outcome apply(const SendStill& command, const Requester& who);
   Outcome apply(const ChangeControl& command, const Requester& who);
   Result<void> apply_to_lease(const ChangeControl& command, const SessionIdentity& who);
   nlohmann::json details(const ClientCommand& command, const CommandResult& result) const;

@@ -11,6 +11,8 @@ namespace {
 constexpr const char* kChangeRefusal =
     "this session is a viewer's, expected an operator's or an admin's for a change";
 constexpr const char* kPresetRefusal = "a viewer saves no presets, expected the role of an operator";
+constexpr const char* kArchiveRefusal =
+    "a viewer sends nothing to the archive, expected the role of an operator";
 constexpr const char* kRelayRefusal = "the pictures leave the room by this, expected the role of an admin";
 constexpr const char* kTakeOverRefusal =
     "this session is not an admin's, expected it to be to take the control over";
@@ -40,6 +42,8 @@ constexpr auto kRules = std::to_array<CommandRule>({
     {"preset", Role::kOperator, kPresetRefusal, kAnyClient, Control::kNone, &Counters::preset_refusals,
      nullptr},
     {"rtp", Role::kAdmin, kRelayRefusal, kAnyClient, Control::kNone, &Counters::rtp_refusals, nullptr},
+    {"archive", Role::kOperator, kArchiveRefusal, kAnyClient, Control::kNone, &Counters::archive_refusals,
+     nullptr},
     {"control", Role::kViewer, "", kSessionsOnly, Control::kNone, &Counters::control_refusals, nullptr},
 });
 static_assert(kRules.size() == std::variant_size_v<ClientCommand>, "a row for each command");

@@ -24,7 +24,9 @@ namespace {
 
 constexpr std::uint32_t kLargestHeaderBytes = 8 << 10;
 constexpr std::uint64_t kLargestBodyBytes = 64 << 10;
+constexpr std::uint64_t kLargestStillBytes = 16 << 20;  // a picture in base64; for operators
 constexpr auto kRequestTime = std::chrono::seconds(10);
+constexpr auto kStillTime = std::chrono::seconds(60);
 
 // The page loads files of this server only, and runs no script but those.
 constexpr const char* kContentPolicy =
@@ -64,6 +66,10 @@ bool is_guarded(std::string_view path) {
   return path == "/metrics" || path.starts_with("/api/");
 }
 
+bool sends_still(const HttpSession::Request& request) {
+  return request.method() == http::verb::post && path_of(request) == "/api/archive";
+}
+
 bool is_read(const HttpSession::Request& request) {
   return request.method() == http::verb::get || request.method() == http::verb::head;
 }
@@ -100,7 +106,7 @@ void HttpSession::start() {
 void HttpSession::read() {
   parser_.emplace();
   parser_->header_limit(kLargestHeaderBytes);
-  parser_->body_limit(kLargestBodyBytes);
+  parser_->body_limit(kLargestStillBytes);  // until the header says whose body it is
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
   http::async_read_header(connection_, incoming_, *parser_,
                           [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
@@ -117,8 +123,31 @@ void HttpSession::header_received(beast::error_code failure) {
     return send(
         last_refusal(http::status::bad_request, "the target is neither a path nor a URL, expected one"));
   }
+  if (auto refused = refusal_before_body()) return send(*std::move(refused));
   if (waits_for_continue(parser_->get()) && !parser_->is_done()) return send_continue();
   read_body();
+}
+
+std::optional<HttpSession::Response> HttpSession::refusal_before_body() {
+  if (sends_still(parser_->get())) return refuse_or_expect_still();
+  if (parser_->content_length().value_or(0) > kLargestBodyBytes) return too_large("the body is too large");
+  parser_->body_limit(kLargestBodyBytes);
+  return std::nullopt;
+}
+
+std::optional<HttpSession::Response> HttpSession::refuse_or_expect_still() {
+  auto principal = authenticate(parser_->get());
+  const auto last = [](Response response) {
+    response.keep_alive(false);
+    return std::optional(std::move(response));
+  };
+  if (!principal) return last(unauthenticated(principal.error()));
+  if (!*principal) return last(respond(parser_->get(), *principal));
+  permit_.authenticated();
+  if (auto refused = dependencies_.rest_api.refuse_still(**principal)) return last(*std::move(refused));
+  sender_ = std::move(*principal);
+  beast::get_lowest_layer(connection_).expires_after(kStillTime);
+  return std::nullopt;
 }
 
 void HttpSession::send_continue() {
@@ -146,13 +175,25 @@ void HttpSession::refuse_unreadable(beast::error_code failure) {
     return;  // the destructor closes the socket
   // Errors of HTTP itself can be answered; those of the connection cannot.
   if (failure.category() != make_error_code(http::error::bad_method).category()) return;
-  send(last_refusal(
-      http::status::bad_request,
-      fmt::format("the request could not be read ({}), expected at most {} bytes of header and {} of body",
-                  failure.message(), kLargestHeaderBytes, kLargestBodyBytes)));
+  send(too_large(failure.message()));
 }
 
-void HttpSession::serve(const Request& request) {
+HttpSession::Response HttpSession::too_large(const std::string& problem) {
+  return last_refusal(
+      http::status::bad_request,
+      fmt::format("the request could not be read ({}), expected at most {} bytes of header and {} of body",
+                  problem, kLargestHeaderBytes, sender_ ? kLargestStillBytes : kLargestBodyBytes));
+}
+
+HttpSession::Response HttpSession::unauthenticated(const Error& reason) {
+  const bool wait = reason.code == ErrorCode::kUnavailable;
+  Response response =
+      refusal(wait ? http::status::too_many_requests : http::status::unauthorized, reason.message);
+  response.set(http::field::www_authenticate, "Bearer");
+  return response;
+}
+
+void HttpSession::serve(Request request) {
   const std::string_view host = request[http::field::host];
   if (dependencies_.loopback_only && !host.empty() && !is_loopback_host(host)) {
     return reply(request,
@@ -160,29 +201,33 @@ void HttpSession::serve(const Request& request) {
                          "the request names another host, expected localhost or a loopback address"));
   }
   if (auto rejected = rejection(request)) return send(std::move(*rejected));
-  auto principal = authenticate(request);
-  if (!principal) {
-    const bool wait = principal.error().code == ErrorCode::kUnavailable;
-    Response response = refusal(wait ? http::status::too_many_requests : http::status::unauthorized,
-                                principal.error().message);
-    response.set(http::field::www_authenticate, "Bearer");
-    return reply(request, std::move(response));
-  }
+  auto principal = sender_ ? Result(std::exchange(sender_, std::nullopt)) : authenticate(request);
+  if (!principal) return reply(request, unauthenticated(principal.error()));
   if (*principal) permit_.authenticated();
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     return upgrade(request, std::move(*principal));
   }
-  if (*principal && is_read(request)) {
-    const std::string_view path = path_of(request);
-    const RestApi::Answer later = [self = shared_from_this(),
-                                   kept = std::make_shared<const Request>(request)](Response response) {
-      self->reply(*kept, std::move(response));
-    };
-    if (path == "/api/picture.png") return dependencies_.rest_api.picture(**principal, later, now_ns());
-    if (path == "/api/surface.html")
-      return dependencies_.rest_api.shared_surface(**principal, later, now_ns());
-  }
+  if (*principal && serve_later(request, **principal)) return;
   reply(request, respond(request, *principal));
+}
+
+bool HttpSession::serve_later(Request& request, const Principal& principal) {
+  RestApi& api = dependencies_.rest_api;
+  const RestApi::Answer later = [self = shared_from_this(),
+                                 kept = std::make_shared<const Request>(request.base())](Response response) {
+    self->reply(*kept, std::move(response));
+  };
+  const std::string_view path = path_of(request);
+  if (is_read(request) && path == "/api/picture.png") {
+    api.picture(principal, later, now_ns());
+  } else if (is_read(request) && path == "/api/surface.html") {
+    api.shared_surface(principal, later, now_ns());
+  } else if (sends_still(request)) {
+    api.send_still(std::move(request), principal, later);
+  } else {
+    return false;
+  }
+  return true;
 }
 
 std::optional<HttpSession::Response> HttpSession::rejection(const Request& request) {
@@ -318,7 +363,7 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
     return refusal(http::status::not_found,
                    "there is nothing here, expected /, /stream, /healthz, /readyz, /metrics, /api/scene, "
                    "/api/picture.png, /api/surface.html, "
-                   "/api/presets, /api/recording, /api/replay or /api/cine");
+                   "/api/presets, /api/recording, /api/replay, /api/cine or /api/archive");
   }
   // A client that loads the page connects as a display next: its first picture is rendered meanwhile.
   if (path == "/" && !dependencies_.access.asks()) dependencies_.state.demand.asked(now_ns());

@@ -48,18 +48,25 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
  private:
   void read();
   void header_received(boost::beast::error_code failure);
+  /// The refusal of a request whose body is not worth reading; else nothing.
+  std::optional<Response> refusal_before_body();
+  /// The same for one that sends a still, which alone may have a large body.
+  std::optional<Response> refuse_or_expect_still();
   /// Tells the client to send the body that it holds back.
   void send_continue();
   void read_body();
   void received(boost::beast::error_code failure);
   /// Answers an error of HTTP, and ends without a word after one of the connection.
   void refuse_unreadable(boost::beast::error_code failure);
-  void serve(const Request& request);
+  void serve(Request request);
+  /// Serves a request whose answer comes later. Whether it is one.
+  bool serve_later(Request& request, const Principal& principal);
   /// The response to a request that this server must not serve to anyone; else nothing.
   std::optional<Response> rejection(const Request& request);
   void upgrade(const Request& request, std::optional<Principal> principal);
   /// The principal of the request; empty if it shows no credentials. Error: they are not valid.
   Result<std::optional<Principal>> authenticate(const Request& request);
+  Response unauthenticated(const Error& reason);
   Response respond(const Request& request, const std::optional<Principal>& principal);
   Response respond_with_page(const Request& request);
   Response health();
@@ -68,6 +75,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   Response refusal(boost::beast::http::status status, const std::string& sentence);
   /// A refusal after which the connection is closed.
   Response last_refusal(boost::beast::http::status status, const std::string& sentence);
+  Response too_large(const std::string& problem);
   void send(Response response);
   void sent();
 
@@ -79,8 +87,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   std::optional<Response> response_;
   std::optional<boost::beast::http::response<boost::beast::http::empty_body>> continue_;
-  std::string login_reason_;   // why the certificate shown does not suffice; empty: none was shown
-  bool without_body_ = false;  // the response to a HEAD request
+  std::optional<Principal> sender_;  // of the still whose body is read
+  std::string login_reason_;         // why the certificate shown does not suffice; empty: none was shown
+  bool without_body_ = false;        // the response to a HEAD request
 };
 
 }  // namespace fanlight

@@ -96,7 +96,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
     http::verb change_verb;
     std::function<Response()> change;
   };
-  const std::array<Route, 6> routes{{
+  const std::array<Route, 7> routes{{
       {"/api/scene", [&] { return scene(); }, http::verb::patch,
        [&] { return change_scene(request, principal); }},
       {"/api/presets", [&] { return presets(); }, http::verb::post,
@@ -109,6 +109,8 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
        [&] { return control_cine(request, principal); }},
       {"/api/rtp", [&] { return relay(principal); }, http::verb::post,
        [&] { return control_relay(request, principal); }},
+      // HttpSession gives a POST to send_still().
+      {"/api/archive", [&] { return archive(); }, http::verb::post, [&] { return archive(); }},
   }};
   if (path == "/api/picture.png" || path == "/api/surface.html") return wrong_method("GET", "GET, HEAD");
   const auto route = std::ranges::find(routes, path, &Route::path);
@@ -116,7 +118,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
     return refusal(http::status::not_found,
                    "there is nothing here, expected /api/scene, /api/picture.png, /api/surface.html, "
                    "/api/presets, /api/recording, "
-                   "/api/replay, /api/cine or /api/rtp");
+                   "/api/replay, /api/cine, /api/rtp or /api/archive");
   }
   if (request.method() == http::verb::get || request.method() == http::verb::head) return route->read();
   if (request.method() == route->change_verb) return is_json(request) ? route->change() : expected_json();
@@ -248,6 +250,43 @@ RestApi::Response RestApi::control_relay(const Request& request, const Principal
   }
   return execute(principal, ControlRelay{.sends = wish == "start"},
                  [&](const CommandResult&) { return relay(principal); });
+}
+
+// ---- the archive
+
+RestApi::Response RestApi::archive() const {
+  const StillArchive* const archive = dependencies_.state.archive;
+  if (archive == nullptr) return json_response(http::status::ok, {{"available", false}});
+  const StillArchive::Report report = archive->report();
+  return json_response(http::status::ok,
+                       {{"available", true}, {"waiting", report.waiting}, {"refused", report.refused}});
+}
+
+std::optional<RestApi::Response> RestApi::refuse_still(const Principal& principal) {
+  std::optional<Response> refused = execute(principal, SendStill(), [](const auto&) { return Response(); });
+  if (refused->result() == http::status::ok) return std::nullopt;
+  return refused;
+}
+
+void RestApi::send_still(Request request, const Principal& principal, const Answer& answer) {
+  if (!is_json(request)) return answer(expected_json());
+  const std::size_t bytes = request.body().size();
+  const auto done = [this, principal, answer, bytes](const Result<void>& added) {
+    ServerCounters& counters = dependencies_.state.counters;
+    const bool refused = !added && added.error().code != ErrorCode::kUnavailable;
+    Counter& count = added     ? counters.archive_stills
+                     : refused ? counters.archive_refusals
+                               : counters.archive_failures;
+    count.add();
+    const std::string result =
+        added ? "done" : fmt::format("{}: {}", refused ? "refused" : "failed", added.error().message);
+    dependencies_.audit.note(principal, {.what = "archive", .result = result}, {{"bytes", bytes}});
+    if (added) return answer(json_response(http::status::accepted, {{"taken", true}}));
+    answer(refusal(refused ? http::status::bad_request : http::status::service_unavailable,
+                   added.error().message));
+  };
+  if (auto begun = dependencies_.state.archive->add(std::move(request.body()), done); !begun)
+    done(begun.error());
 }
 
 // ---- pictures

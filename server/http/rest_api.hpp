@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,8 @@ namespace fanlight {
 ///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
 ///   GET   /api/rtp           the RTP receiver: whether pictures are sent, how they arrive; for an admin, SDP
 ///   POST  /api/rtp           {"wish": "start"} or "stop"; for an admin
+///   GET   /api/archive       whether stills can be sent to an archive, and how many wait, as JSON
+///   POST  /api/archive       {"png": BASE64, "patient": {...}}: puts a still into the queue; for an operator
 ///
 /// Server thread only.
 class RestApi {
@@ -61,6 +64,11 @@ class RestApi {
   /// this server. For operators; audited. Waits for a picture as picture() does.
   void shared_surface(const Principal& principal, const Answer& answer, std::int64_t now_ns);
 
+  /// The answer to a POST of /api/archive, once the still is on the disk. Audited, without the patient.
+  void send_still(Request request, const Principal& principal, const Answer& answer);
+  /// The refusal of such a request before its body is read; nothing where it may come.
+  std::optional<Response> refuse_still(const Principal& principal);
+
   /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
   /// Call it after every picture, and once a second.
   void answer_waiting(std::int64_t now_ns);
@@ -74,6 +82,7 @@ class RestApi {
   Response cine() const;
   Response presets() const;
   Response relay(const Principal& principal) const;
+  Response archive() const;
   Response change_scene(const Request& request, const Principal& principal);
   Response record(const Request& request, const Principal& principal);
   Response control_replay(const Request& request, const Principal& principal);

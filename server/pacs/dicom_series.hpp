@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <ctime>
+#include <optional>
 #include <string>
 
 #include "proto/dicom/identity.hpp"
@@ -10,8 +12,8 @@ namespace fanlight {
 
 /// A series for the pictures and clips of one call or one session.
 struct DicomSeries {
-  DicomIdentity identity;     ///< with a study_uid
-  bool begins_study = false;  ///< the study is new, and begins now
+  DicomIdentity identity;                    ///< with a study_uid
+  std::optional<std::time_t> study_began{};  ///< absent: only the scanner knows, whose order it is
   std::string series_uid;
   std::uint32_t next_instance = 1;
 

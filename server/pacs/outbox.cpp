@@ -128,6 +128,11 @@ Result<Outbox> Outbox::open(const std::filesystem::path& folder, Archive archive
   return Outbox(folder, std::move(archive));
 }
 
+Result<Outbox> Outbox::open_to_add(const std::filesystem::path& folder) {
+  if (auto made = make_private(folder); !made) return made.error();
+  return Outbox(folder, Archive());
+}
+
 Outbox::~Outbox() {
   if (lock_ >= 0) close(lock_);
 }
@@ -206,6 +211,15 @@ Result<Outbox::Paths> Outbox::waiting_files() const {
 std::uint64_t Outbox::waiting() const {
   const auto files = waiting_files();
   return files ? files->size() : 0;
+}
+
+std::uint64_t Outbox::refused() const {
+  std::uint64_t files = 0;
+  std::error_code problem;
+  for (std::filesystem::directory_iterator at(folder_ / "refused", problem), end; !problem && at != end;
+       at.increment(problem))
+    files += is_waiting(at->path()) ? 1 : 0;
+  return files;
 }
 
 bool Outbox::has_untried() const {

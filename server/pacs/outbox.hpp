@@ -39,6 +39,9 @@ class Outbox {
   /// people other than its owner and group may enter.
   static Result<Outbox> open(const std::filesystem::path& folder, Archive archive);
 
+  /// The same for a program that adds and never sends, for whatever archive.
+  static Result<Outbox> open_to_add(const std::filesystem::path& folder);
+
   Outbox(Outbox&& other) noexcept
       : folder_(std::move(other.folder_)),
         archive_(std::move(other.archive_)),
@@ -59,8 +62,9 @@ class Outbox {
   /// Removes what was staged and not published.
   static void discard(std::span<const std::filesystem::path> staged);
 
-  /// How many objects wait.
+  /// How many objects wait, and how many were refused.
   std::uint64_t waiting() const;
+  std::uint64_t refused() const;
   /// Whether some of them were never tried by this.
   bool has_untried() const;
 

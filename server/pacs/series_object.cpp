@@ -14,25 +14,34 @@ namespace fanlight {
 
 namespace {
 
-/// `begins_study`: else the study is that of an order, and began when only the scanner knows.
-void add_times(DicomFields& fields, bool begins_study) {
-  const auto now = fmt::gmtime(std::time(nullptr));
-  const std::string date = fmt::format("{:%Y%m%d}", now);
-  const std::string time = fmt::format("{:%H%M%S}", now);
+std::string date_text(std::time_t time) {
+  return fmt::format("{:%Y%m%d}", fmt::gmtime(time));
+}
+
+std::string time_text(std::time_t time) {
+  return fmt::format("{:%H%M%S}", fmt::gmtime(time));
+}
+
+/// In UTC.
+void add_times(DicomFields& fields, const std::optional<std::time_t>& study_began) {
+  const std::time_t now = std::time(nullptr);
   fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
-  fields.text(DCM_StudyDate, begins_study ? date : "");
-  fields.text(DCM_StudyTime, begins_study ? time : "");
-  fields.text(DCM_ContentDate, date);
-  fields.text(DCM_ContentTime, time);
+  fields.text(DCM_StudyDate, study_began ? date_text(*study_began) : "");
+  fields.text(DCM_StudyTime, study_began ? time_text(*study_began) : "");
+  fields.text(DCM_ContentDate, date_text(now));
+  fields.text(DCM_ContentTime, time_text(now));
 }
 
 }  // namespace
 
 DicomSeries DicomSeries::begin(DicomIdentity identity) {
-  const bool begins_study = identity.study_uid.empty();
-  if (begins_study) identity.study_uid = new_dicom_uid(SITE_STUDY_UID_ROOT);
+  std::optional<std::time_t> study_began;
+  if (identity.study_uid.empty()) {
+    identity.study_uid = new_dicom_uid(SITE_STUDY_UID_ROOT);
+    study_began = std::time(nullptr);
+  }
   return {.identity = std::move(identity),
-          .begins_study = begins_study,
+          .study_began = study_began,
           .series_uid = new_dicom_uid(SITE_SERIES_UID_ROOT)};
 }
 
@@ -40,7 +49,7 @@ void begin_object(DicomFields& fields, const char* sop_class, DicomSeries& serie
   fields.text(DCM_SOPClassUID, sop_class);
   fields.text(DCM_SOPInstanceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
   add_identity(fields, series.identity);
-  add_times(fields, series.begins_study);
+  add_times(fields, series.study_began);
   fields.text(DCM_Modality, "US");
   fields.text(DCM_SeriesInstanceUID, series.series_uid);
   fields.text(DCM_SeriesNumber, "1");

@@ -148,6 +148,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
   std::unique_ptr<StreamServer> server(
       new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
   server->preset_file_.load();
+  if (auto opened = server->open_archive(); !opened) return opened.error();
   if (auto listening = server->listener_.open(); !listening) return listening.error();
   if (server->igtl_) {
     if (auto listening = server->igtl_->open(); !listening) return listening.error();
@@ -170,6 +171,16 @@ Result<void> StreamServer::run() {
   preset_file_.finish();
   close_audit();
   if (failure_) return *failure_;
+  return {};
+}
+
+Result<void> StreamServer::open_archive() {
+  if (!dependencies_.open_archive) return {};
+  auto opened =
+      dependencies_.open_archive([this](std::function<void()> work) { asio::post(loop_, std::move(work)); });
+  if (!opened) return opened.error();
+  archive_ = *std::move(opened);
+  state_.archive = archive_.get();
   return {};
 }
 
@@ -343,6 +354,11 @@ void StreamServer::second_passed() {
   listener_.second_passed();
   if (igtl_) igtl_->second_passed();
   rest_api_.answer_waiting(now_ns());
+  if (archive_) {
+    const StillArchive::Report report = archive_->report();
+    state_.counters.archive_waiting.set(report.waiting);
+    state_.counters.archive_rejections.set(report.refused);
+  }
   access_files_.reload(false);
   expire_control();
   audit_.second_passed();

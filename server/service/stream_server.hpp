@@ -79,6 +79,7 @@ class StreamServer {
     SurfaceFinder find_surface{};  ///< empty: no surfaces are found
     IgtlServer::WriteFrame write_frame{};
     Hooks hooks{};
+    OpenStillArchive open_archive{};  ///< empty: displays send nothing to an archive
   };
 
   /// Listens; connections wait until run(). Errors: kUnavailable if the address is in use or not of this
@@ -111,6 +112,7 @@ class StreamServer {
  private:
   StreamServer(const Config& config, const Dependencies& dependencies, AuditLog audit, Authenticator access);
   Executor executor();
+  Result<void> open_archive();
   void start_relay();
   /// Runs the loop until stop(). Where memory runs out in a handler, the others continue.
   void run_loop();
@@ -172,7 +174,9 @@ class StreamServer {
   bool ending_ = false;
   std::int64_t end_until_ns_ = 0;  // then the server ends, even if sessions are left
   std::optional<Error> failure_;
-  LoopExecutor executor_{loop_};  // last: it ends first, and its results go to the loop
+  // These two are last: they end first, and their results go to the loop.
+  LoopExecutor executor_{loop_};
+  std::unique_ptr<StillArchive> archive_;
 };
 
 }  // namespace fanlight

@@ -79,6 +79,13 @@ struct ServerCounters {
   Counter rtp_packets_not_resent;  ///< that the receiver asked for again
   Counter rtp_feedback_refused;    ///< what came to it and is no RTCP
   Counter rtp_refusals;            ///< wishes to start or stop it that were not granted
+
+  // Of the queue for an archive:
+  Counter archive_stills;                   ///< put in
+  Counter archive_failures;                 ///< stills that were not put in
+  Counter archive_refusals;                 ///< of those, and other requests, that were not granted
+  Gauge<std::uint64_t> archive_waiting;     ///< objects that the archive does not have yet
+  Gauge<std::uint64_t> archive_rejections;  ///< objects that the archive has refused
 };
 
 inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
@@ -176,6 +183,15 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::rtp_feedback_refused},
     {"rtp_refusals", "Requests to start or stop the RTP stream that were refused",
      &ServerCounters::rtp_refusals},
+    {"archive_stills", "Stills put into the queue for the archive", &ServerCounters::archive_stills},
+    {"archive_failures", "Stills that could not be put into the queue for the archive",
+     &ServerCounters::archive_failures},
+    {"archive_refusals", "Requests to send a still to the archive that were refused",
+     &ServerCounters::archive_refusals},
+    {"archive_waiting", "Objects in the queue that the archive does not have yet",
+     &ServerCounters::archive_waiting, CountKind::kNow},
+    {"archive_rejections", "Objects in the queue that the archive has refused",
+     &ServerCounters::archive_rejections, CountKind::kNow},
 });
 
 // Every counter has a row in the table.

@@ -19,6 +19,7 @@
 #include "server/state/replay_proxy.hpp"
 #include "server/state/scene_store.hpp"
 #include "server/state/server_counters.hpp"
+#include "server/state/still_archive.hpp"
 #include "server/state/survey_desk.hpp"
 #include "server/state/view_admission.hpp"
 #include "server/state/volume_copier.hpp"
@@ -91,7 +92,8 @@ struct ServerState {
   PictureDemand demand;
   PresetStore presets;
   DefaultView default_view;
-  Relay* relay = nullptr;  ///< null: the server was given no receiver
+  Relay* relay = nullptr;           ///< null: the server was given no receiver
+  StillArchive* archive = nullptr;  ///< null: the server was given no queue
 
  private:
   std::function<std::string()> source_state_;

@@ -90,6 +90,7 @@ std::vector<Row> table() {
        "POST",
        "/api/rtp",
        R"({"wish": "start"})"},
+      {"archive", SendStill(), Role::kOperator, false, {}, "POST", "/api/archive", "{}"},
       {"ask", ChangeControl{.wish = Wish::ASK}, Role::kOperator, false, control_message(Wish::ASK)},
       {"release", ChangeControl{.wish = Wish::RELEASE}, Role::kViewer, false, control_message(Wish::RELEASE)},
       {"grant", ChangeControl{.wish = Wish::GRANT}, Role::kViewer, false, control_message(Wish::GRANT)},

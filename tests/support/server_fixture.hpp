@@ -36,7 +36,8 @@ class ServerFixture {
   /// Uses the access options and limits of `config`; sets the endpoint, the description and the scene itself.
   /// `usual`: the size of the server's pictures.
   explicit ServerFixture(StreamServer::Config config, std::string source_state = "running",
-                         PictureSize usual = {.width = kWidth, .height = kHeight})
+                         PictureSize usual = {.width = kWidth, .height = kHeight},
+                         const OpenStillArchive& open_archive = {})
       : source_state_(std::move(source_state)) {
     config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
     config.state.description = {.source = "fake:", .device = "none", .picture_size = usual};
@@ -52,9 +53,9 @@ class ServerFixture {
                            .source_state = [this] { return source_state_; },
                            .recording = recording},
                  .counters = counters_,
-                 .find_surface = [this](const Volume&, const Scene& scene, const std::stop_token&) {
-                   return find_surface(scene);
-                 }});
+                 .find_surface = [this](const Volume&, const Scene& scene,
+                                        const std::stop_token&) { return find_surface(scene); },
+                 .open_archive = open_archive});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
     endpoint_ = server_->endpoint();

@@ -25,6 +25,7 @@ import { MeasuredValues } from "./measured_values";
 import { listNotes } from "./notes";
 import { kNothingKnown, type Condition } from "./notice";
 import { Orbit } from "./orbit";
+import { OutwardButtons } from "./outward_buttons";
 import { kOwnGroups, OwnView } from "./own_view";
 import { page } from "./page";
 import { PageShell } from "./page_shell";
@@ -40,7 +41,6 @@ import { inPlainWords, titlesOf } from "./refusal_text";
 import { ReplayBar } from "./replay_bar";
 import { valuesOf, type Values } from "./scene";
 import { SceneChanges } from "./scene_changes";
-import { ShareButton } from "./share_button";
 import { sameSettings } from "./same_settings";
 import { ServerClock } from "./server_clock";
 import { SettingsEditor } from "./settings_editor";
@@ -174,7 +174,7 @@ const quickPanel: QuickPanel = new QuickPanel(editor, effects, light, {
   failed: showRefusal,
 });
 const shell = new PageShell(showRefusal);
-const shareButton = new ShareButton(page.share, showRefusal);
+const outward = new OutwardButtons(overlay, showRefusal);
 connectShortcuts({ cineBar, quickPanel, tools, overlay, shell });
 page.resetView.onclick = () => orbit.reset();
 const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, bannerAt("#found"), editor, (requestId) =>
@@ -271,7 +271,7 @@ function begin(newHello: Hello): void {
     controls = new Controls(page.form, editor, effects, newHello, defaults, probePanel.group.root, measured);
   }
   hello = newHello;
-  shareButton.allow(newHello.role !== Role.VIEWER);
+  outward.allow(newHello.role !== Role.VIEWER);
   cineBar.start();
   view.start();
   overlay.start();

@@ -36,6 +36,7 @@ export const page = {
   stillFacts: find("#still-facts", HTMLInputElement),
   clip: find("#clip", HTMLButtonElement),
   share: find("#share", HTMLButtonElement),
+  archive: find("#archive", HTMLButtonElement),
   ownPresets: find("#own-presets", HTMLDetailsElement),
   openBox: find("#open-box", HTMLButtonElement),
   undo: find("#undo", HTMLButtonElement),

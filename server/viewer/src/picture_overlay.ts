@@ -12,11 +12,12 @@ import type { Strokes } from "./picture_input";
 import { PictureNotes } from "./picture_notes";
 import { PlaneOverlay } from "./plane_overlay";
 import { directions, PictureMarks, scaleBar, type Direction, type ScaleBar } from "./picture_marks";
+import { saveFile, timeInName } from "./save_file";
 import type { SettingsEditor } from "./settings_editor";
 import type { PlaneView } from "./plane_through";
 import { Scalpel } from "./scalpel";
 import { shownPlanes, sliceCamera } from "./shown_planes";
-import { saveStill } from "./still";
+import { stillOf } from "./still";
 import { SurfacePoints } from "./surface_points";
 import { kTomography, planeDirections } from "./tomography";
 import type { Tool } from "./tools";
@@ -202,8 +203,16 @@ export class PictureOverlay {
 
   /** Saves the picture, with its scale if that is wanted. */
   still(): void {
-    if (page.frame.hidden) return this.from.failed("There is no picture to save yet.");
-    if (this.from.isPreview()) return this.from.failed(kPreview);
+    this.stillBlob(page.stillFacts.checked)?.then(
+      (png) => saveFile(png, `fanlight-${timeInName()}.png`),
+      (error: Error) => this.from.failed(error.message),
+    );
+  }
+
+  /** The picture as PNG; undefined where there is none, which it says. `withFoot`: with scale, source and time. */
+  stillBlob(withFoot = true): Promise<Blob> | undefined {
+    const missing = page.frame.hidden ? "There is no picture yet." : this.from.isPreview() ? kPreview : "";
+    if (missing) return void this.from.failed(missing);
     const shown = this.from.shown();
     const facts = {
       source: this.from.hello()?.title ?? "",
@@ -217,9 +226,9 @@ export class PictureOverlay {
       notes: this.notes.all(),
       scales: find("#planes", SVGSVGElement),
       names: paneNames(),
-      withFoot: page.stillFacts.checked,
+      withFoot,
     };
-    saveStill(page.canvas, this.lines, facts).catch((error: Error) => this.from.failed(error.message));
+    return stillOf(page.canvas, this.lines, facts);
   }
 
   /** The size in which the pixels of the view are counted. */

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Saves the picture as PNG, with its measurements and notes; and, if wanted, its scale, source and state below it.
+// The picture as PNG, with its measurements and notes; and, if wanted, its scale, source and state below it.
 
 import { kNotForDiagnosis } from "./measuring/measurement_list";
 import type { PictureNote } from "./picture_notes";
-import { saveFile, timeInName } from "./save_file";
 
 export interface StillFacts {
   source: string;
@@ -33,7 +32,7 @@ const kFootHeight = 44;
 const kBehindAlpha = 0.4; // as on the page
 const kBarTextWidth = 84; // of "200 mm", with margins
 
-export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<void> {
+export async function stillOf(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<Blob> {
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [
     canvas.width,
@@ -50,7 +49,7 @@ export async function saveStill(canvas: HTMLCanvasElement, overlay: SVGSVGElemen
   if (facts.withFoot) drawFoot(context, canvas, facts);
   const blob = await new Promise<Blob | null>((resolve) => copy.toBlob(resolve, "image/png"));
   if (!blob) throw new Error("The browser cannot write this picture.");
-  saveFile(blob, `fanlight-${timeInName()}.png`);
+  return blob;
 }
 
 /** Pixels of what is one pixel in a picture of the usual size. */

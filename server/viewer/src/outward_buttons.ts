@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The buttons by which pictures leave this server: as a file, or to an archive.
+import { ArchiveButton, type ArchiveEvents } from "./archive_button";
+import { bannerAt } from "./banner";
+import { page } from "./page";
+import { ShareButton } from "./share_button";
+
+export class OutwardButtons {
+  private readonly share: ShareButton;
+  private readonly archive: ArchiveButton;
+
+  constructor(overlay: { stillBlob: ArchiveEvents["still"] }, failed: (sentence: string) => void) {
+    this.share = new ShareButton(page.share, failed);
+    this.archive = new ArchiveButton(page.archive, { still: () => overlay.stillBlob(), sent: bannerAt("#archived") });
+  }
+
+  /** Whether this display's role may do it. */
+  allow(may: boolean): void {
+    this.share.allow(may);
+    this.archive.allow(may);
+  }
+}

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stills of displays become DICOM objects in a queue.
+// DCMTK's headers come first.
+#include <dcmtk/config/osconfig.h>
+
+#include <dcmtk/dcmdata/dctk.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <queue>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/codec/png_coder.hpp"
+#include "server/pacs/still_queue.hpp"
+#include "server/pacs/still_request.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace fanlight::test {
+namespace {
+
+using nlohmann::json;
+
+/// RFC 4648, section 4.
+std::string base64(std::span<const std::uint8_t> bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    unsigned group = 0;
+    for (std::size_t i = 0; i < 3; ++i) group = group << 8U | (at + i < bytes.size() ? bytes[at + i] : 0U);
+    for (std::size_t i = 0; i < 4; ++i)
+      text += at + i > bytes.size() ? '=' : kDigits[group >> (18 - 6 * i) & 63U];
+  }
+  return text;
+}
+
+/// A picture of `width` x 2 pixels in base64, whose first pixel is red, and the others (1, 2, 3).
+std::string png(std::uint32_t width) {
+  std::vector<std::uint8_t> rgba;
+  for (std::uint32_t pixel = 0; pixel < 2 * width; ++pixel) {
+    const std::array<std::uint8_t, 4> colour =
+        pixel == 0 ? std::array<std::uint8_t, 4>{255, 0, 0, 255} : std::array<std::uint8_t, 4>{1, 2, 3, 255};
+    rgba.insert(rgba.end(), colour.begin(), colour.end());
+  }
+  PngCoder coder;
+  const auto coded = coder.encode({.width = width, .height = 2, .rgba = rgba}, true);
+  return base64(coded->bytes);
+}
+
+std::string request(const json& patient, const std::string& picture = png(3)) {
+  return json{{"png", picture}, {"patient", patient}}.dump();
+}
+
+TEST(StillRequest, HasAPictureAndAPatient) {
+  // Files of other sizes, which end in one, two or no "=".
+  for (const std::uint32_t width : {3, 4, 5, 64}) {
+    const auto still = parse_still_request(request({{"patient_id", "P1"}}, png(width)));
+    ASSERT_TRUE(still) << still.error().message;
+    EXPECT_EQ(still->patient.patient_id, "P1");
+    EXPECT_EQ(still->picture.width, width);
+    EXPECT_EQ(still->picture.height, 2U);
+    EXPECT_EQ((std::vector<std::uint8_t>(still->picture.rgb.begin(), still->picture.rgb.begin() + 6)),
+              (std::vector<std::uint8_t>{255, 0, 0, 1, 2, 3}));
+  }
+}
+
+TEST(StillRequest, RefusesOthersAndDoesNotRepeatThem) {
+  const json patient = {{"patient_id", "Secret"}};
+  const std::string cut = png(3).substr(0, 40);
+  for (const std::string& body :
+       {std::string(), std::string("{"), std::string("[]"), json{{"patient", patient}}.dump(),
+        json{{"png", png(3)}}.dump(), json{{"png", 3}, {"patient", patient}}.dump(),
+        json{{"png", png(3)}, {"patient", patient}, {"more", 1}}.dump(), request(json::object()),
+        request({{"patient_id", ""}}), request({{"birth_date", "Secret"}, {"patient_id", "1"}}),
+        request(patient, ""), request(patient, "===="), request(patient, "Secret!!"), request(patient, "AAA"),
+        request(patient, "AAAA"), request(patient, cut),
+        request({{"Secret", "1"}, {"patient_id", "1"}}, "")}) {
+    const auto still = parse_still_request(body);
+    ASSERT_FALSE(still) << body.substr(0, 80);
+    EXPECT_NE(still.error().code, ErrorCode::kUnavailable);
+    EXPECT_NE(still.error().message.find("expected"), std::string::npos) << still.error().message;
+    if (body.find("\"Secret\":") != std::string::npos) continue;  // a field's name may be repeated
+    EXPECT_EQ(still.error().message.find("Secret"), std::string::npos) << still.error().message;
+  }
+}
+
+class StillQueueTest : public testing::Test {
+ protected:
+  void open() {
+    auto opened = open_still_queue(folder_ / "queue", [this](std::function<void()> work) {
+      const std::scoped_lock lock(mutex_);
+      posted_.push(std::move(work));
+      changed_.notify_one();
+    });
+    ASSERT_TRUE(opened) << opened.error().message;
+    queue_ = *std::move(opened);
+  }
+
+  /// Adds a still, and waits for its result.
+  Result<void> add(const std::string& body) {
+    Result<void> result = Error{ErrorCode::kBroken, "not called"};
+    if (auto begun = queue_->add(body, [&](const Result<void>& added) { result = added; }); !begun)
+      return begun;
+    run_posted();
+    return result;
+  }
+
+  void run_posted() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !posted_.empty(); });
+    const auto work = std::move(posted_.front());
+    posted_.pop();
+    lock.unlock();
+    work();
+  }
+
+  std::vector<std::filesystem::path> files() const {
+    std::vector<std::filesystem::path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / "queue"))
+      found.push_back(entry.path());
+    std::ranges::sort(found);
+    return found;
+  }
+
+  static std::string text_of(const std::filesystem::path& path, const DcmTagKey& tag) {
+    DcmFileFormat file;
+    OFString text;
+    EXPECT_TRUE(file.loadFile(path.c_str()).good());
+    EXPECT_TRUE(file.getDataset()->findAndGetOFString(tag, text).good());
+    return text.c_str();
+  }
+
+  TemporaryFolder folder_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::queue<std::function<void()>> posted_;
+  std::unique_ptr<StillArchive> queue_;  // last: it ends first
+};
+
+TEST_F(StillQueueTest, StillsOfAPatientAreOneSeries) {
+  open();
+  const json first = {{"patient_id", "P1"}, {"patient_name", "Doe^Jane"}};
+  ASSERT_TRUE(add(request(first)));
+  ASSERT_TRUE(add(request(first)));
+  ASSERT_TRUE(add(request({{"patient_id", "P2"}})));
+  EXPECT_EQ(queue_->report().waiting, 3U);
+  const auto found = files();
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(text_of(found[0], DCM_PatientName), "Doe^Jane");
+  EXPECT_EQ(text_of(found[0], DCM_SOPClassUID), UID_SecondaryCaptureImageStorage);
+  EXPECT_EQ(text_of(found[0], DCM_SeriesInstanceUID), text_of(found[1], DCM_SeriesInstanceUID));
+  EXPECT_EQ(text_of(found[0], DCM_StudyInstanceUID), text_of(found[1], DCM_StudyInstanceUID));
+  EXPECT_EQ(text_of(found[0], DCM_StudyTime), text_of(found[1], DCM_StudyTime));
+  EXPECT_EQ(text_of(found[1], DCM_InstanceNumber), "2");
+  EXPECT_NE(text_of(found[0], DCM_StudyInstanceUID), text_of(found[2], DCM_StudyInstanceUID));
+  for (const auto& path : found) EXPECT_EQ(path.string().find("Doe"), std::string::npos);
+}
+
+TEST_F(StillQueueTest, StillsOfAnOrderAreOfItsStudy) {
+  open();
+  ASSERT_TRUE(add(request({{"patient_id", "P1"}, {"study_uid", "1.2.3.4"}, {"accession_number", "A7"}})));
+  const auto found = files();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(text_of(found[0], DCM_StudyInstanceUID), "1.2.3.4");
+  EXPECT_EQ(text_of(found[0], DCM_AccessionNumber), "A7");
+}
+
+TEST_F(StillQueueTest, SaysWhatCannotBeWritten) {
+  open();
+  std::filesystem::remove_all(folder_ / "queue");
+  const auto added = add(request({{"patient_id", "P1"}}));
+  ASSERT_FALSE(added);
+  EXPECT_EQ(added.error().code, ErrorCode::kUnavailable);
+  EXPECT_FALSE(add("{}"));
+}
+
+TEST_F(StillQueueTest, TakesSomeAtATimeAndWritesThemBeforeItEnds) {
+  open();
+  std::set<int> done;
+  const auto add_one = [&](int number) {
+    return queue_->add(request({{"patient_id", "P1"}}),
+                       [&done, number](const Result<void>&) { done.insert(number); });
+  };
+  for (std::size_t i = 0; i < StillArchive::kMostUnderWay; ++i) EXPECT_TRUE(add_one(static_cast<int>(i)));
+  EXPECT_FALSE(add_one(99));
+  run_posted();
+  EXPECT_TRUE(add_one(50));
+  queue_.reset();
+  EXPECT_EQ(files().size(), StillArchive::kMostUnderWay + 1);
+  EXPECT_EQ(done.size(), 1U) << "the server has ended, and takes no more results";
+}
+
+TEST_F(StillQueueTest, RefusesAFolderThatIsOpenToEveryone) {
+  const auto path = folder_ / "queue";
+  std::filesystem::create_directory(path);
+  std::filesystem::permissions(path, std::filesystem::perms::all);
+  const auto opened = open_still_queue(path, [](const std::function<void()>&) {});
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace fanlight::test
