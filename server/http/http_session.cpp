@@ -27,6 +27,7 @@ constexpr std::uint64_t kLargestBodyBytes = 64 << 10;
 constexpr std::uint64_t kLargestStillBytes = 16 << 20;  // a picture in base64; for operators
 constexpr auto kRequestTime = std::chrono::seconds(10);
 constexpr auto kStillTime = std::chrono::seconds(60);
+constexpr auto kDrainTime = std::chrono::seconds(2);
 
 // The page loads files of this server only, and runs no script but those.
 constexpr const char* kContentPolicy =
@@ -105,6 +106,7 @@ void HttpSession::start() {
 
 void HttpSession::read() {
   parser_.emplace();
+  sender_.reset();
   parser_->header_limit(kLargestHeaderBytes);
   parser_->body_limit(kLargestStillBytes);  // until the header says whose body it is
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
@@ -129,23 +131,29 @@ void HttpSession::header_received(beast::error_code failure) {
 }
 
 std::optional<HttpSession::Response> HttpSession::refusal_before_body() {
-  if (sends_still(parser_->get())) return refuse_or_expect_still();
+  if (sends_still(parser_->get())) return refuse_or_admit_still();
   if (parser_->content_length().value_or(0) > kLargestBodyBytes) return too_large("the body is too large");
   parser_->body_limit(kLargestBodyBytes);
   return std::nullopt;
 }
 
-std::optional<HttpSession::Response> HttpSession::refuse_or_expect_still() {
-  auto principal = authenticate(parser_->get());
+std::optional<HttpSession::Response> HttpSession::refuse_or_admit_still() {
+  const Request& header = parser_->get();
+  if (auto rejected = rejection(header)) return rejected;
   const auto last = [](Response response) {
     response.keep_alive(false);
     return std::optional(std::move(response));
   };
+  auto principal = authenticate(header);
   if (!principal) return last(unauthenticated(principal.error()));
-  if (!*principal) return last(respond(parser_->get(), *principal));
+  if (!*principal) return last(respond(header, *principal));
   permit_.authenticated();
-  if (auto refused = dependencies_.rest_api.refuse_still(**principal)) return last(*std::move(refused));
-  sender_ = std::move(*principal);
+  auto admission = dependencies_.rest_api.admit_still(header, **principal);
+  if (admission.refusal) {
+    dependencies_.state.counters.requests_refused.add();
+    return last(*std::move(admission.refusal));
+  }
+  sender_.emplace(Sender{**std::move(principal), std::move(admission.permit)});
   beast::get_lowest_layer(connection_).expires_after(kStillTime);
   return std::nullopt;
 }
@@ -182,7 +190,8 @@ HttpSession::Response HttpSession::too_large(const std::string& problem) {
   return last_refusal(
       http::status::bad_request,
       fmt::format("the request could not be read ({}), expected at most {} bytes of header and {} of body",
-                  problem, kLargestHeaderBytes, sender_ ? kLargestStillBytes : kLargestBodyBytes));
+                  problem, kLargestHeaderBytes,
+                  sends_still(parser_->get()) ? kLargestStillBytes : kLargestBodyBytes));
 }
 
 HttpSession::Response HttpSession::unauthenticated(const Error& reason) {
@@ -194,14 +203,12 @@ HttpSession::Response HttpSession::unauthenticated(const Error& reason) {
 }
 
 void HttpSession::serve(Request request) {
-  const std::string_view host = request[http::field::host];
-  if (dependencies_.loopback_only && !host.empty() && !is_loopback_host(host)) {
-    return reply(request,
-                 refusal(http::status::misdirected_request,
-                         "the request names another host, expected localhost or a loopback address"));
-  }
   if (auto rejected = rejection(request)) return send(std::move(*rejected));
-  auto principal = sender_ ? Result(std::exchange(sender_, std::nullopt)) : authenticate(request);
+  if (const auto sender = std::exchange(sender_, std::nullopt)) {
+    return dependencies_.rest_api.send_still(std::move(request.body()), sender->principal, sender->permit,
+                                             answer_of(request));
+  }
+  auto principal = authenticate(request);
   if (!principal) return reply(request, unauthenticated(principal.error()));
   if (*principal) permit_.authenticated();
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
@@ -211,19 +218,22 @@ void HttpSession::serve(Request request) {
   reply(request, respond(request, *principal));
 }
 
-bool HttpSession::serve_later(Request& request, const Principal& principal) {
-  RestApi& api = dependencies_.rest_api;
-  const RestApi::Answer later = [self = shared_from_this(),
-                                 kept = std::make_shared<const Request>(request.base())](Response response) {
-    self->reply(*kept, std::move(response));
-  };
+RestApi::Answer HttpSession::answer_of(const Request& request) {
+  return
+      [self = shared_from_this(), kept = std::make_shared<const Request>(request.base())](Response response) {
+        if (http::to_status_class(response.result()) == http::status_class::client_error)
+          self->dependencies_.state.counters.requests_refused.add();
+        self->reply(*kept, std::move(response));
+      };
+}
+
+bool HttpSession::serve_later(const Request& request, const Principal& principal) {
+  if (!is_read(request)) return false;
   const std::string_view path = path_of(request);
-  if (is_read(request) && path == "/api/picture.png") {
-    api.picture(principal, later, now_ns());
-  } else if (is_read(request) && path == "/api/surface.html") {
-    api.shared_surface(principal, later, now_ns());
-  } else if (sends_still(request)) {
-    api.send_still(std::move(request), principal, later);
+  if (path == "/api/picture.png") {
+    dependencies_.rest_api.picture(principal, answer_of(request), now_ns());
+  } else if (path == "/api/surface.html") {
+    dependencies_.rest_api.shared_surface(principal, answer_of(request), now_ns());
   } else {
     return false;
   }
@@ -231,6 +241,11 @@ bool HttpSession::serve_later(Request& request, const Principal& principal) {
 }
 
 std::optional<HttpSession::Response> HttpSession::rejection(const Request& request) {
+  const std::string_view host = request[http::field::host];
+  if (dependencies_.loopback_only && !host.empty() && !is_loopback_host(host)) {
+    return last_refusal(http::status::misdirected_request,
+                        "the request names another host, expected localhost or a loopback address");
+  }
   const std::string_view origin = request[http::field::origin];  // only browsers send it
   if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host], connection_.is_tls())) {
     dependencies_.audit.note({.name = "unknown", .address = address_},
@@ -399,6 +414,24 @@ void HttpSession::send(Response response) {
 
 void HttpSession::sent() {
   if (response_->keep_alive()) return read();
+  if (!parser_->is_header_done() || parser_->is_done()) return close();
+  const std::uint64_t unread = parser_->content_length_remaining().value_or(kLargestStillBytes);
+  if (unread <= incoming_.size()) return close();
+  beast::get_lowest_layer(connection_).expires_after(kDrainTime);
+  drain(unread - incoming_.size());
+}
+
+void HttpSession::drain(std::uint64_t bytes) {
+  incoming_.clear();
+  connection_.async_read_some(
+      incoming_.prepare(kLargestHeaderBytes),
+      [self = shared_from_this(), bytes](beast::error_code failure, std::size_t read) {
+        if (failure || read >= bytes) return self->close();
+        self->drain(bytes - read);
+      });
+}
+
+void HttpSession::close() {
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
   connection_.async_shutdown([self = shared_from_this()](beast::error_code /*closed either way*/) {});
 }

@@ -50,8 +50,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void header_received(boost::beast::error_code failure);
   /// The refusal of a request whose body is not worth reading; else nothing.
   std::optional<Response> refusal_before_body();
-  /// The same for one that sends a still, which alone may have a large body.
-  std::optional<Response> refuse_or_expect_still();
+  /// The same for one that sends a still, which alone may have a large body: sets `sender_`.
+  std::optional<Response> refuse_or_admit_still();
   /// Tells the client to send the body that it holds back.
   void send_continue();
   void read_body();
@@ -60,7 +60,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void refuse_unreadable(boost::beast::error_code failure);
   void serve(Request request);
   /// Serves a request whose answer comes later. Whether it is one.
-  bool serve_later(Request& request, const Principal& principal);
+  bool serve_later(const Request& request, const Principal& principal);
+  RestApi::Answer answer_of(const Request& request);
   /// The response to a request that this server must not serve to anyone; else nothing.
   std::optional<Response> rejection(const Request& request);
   void upgrade(const Request& request, std::optional<Principal> principal);
@@ -78,6 +79,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   Response too_large(const std::string& problem);
   void send(Response response);
   void sent();
+  /// Drops what the client is still sending, `bytes` at most, and closes: else the answer would be lost with
+  /// the connection.
+  void drain(std::uint64_t bytes);
+  void close();
 
   const Dependencies& dependencies_;
   ConnectionPermit permit_;
@@ -87,9 +92,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   std::optional<Response> response_;
   std::optional<boost::beast::http::response<boost::beast::http::empty_body>> continue_;
-  std::optional<Principal> sender_;  // of the still whose body is read
-  std::string login_reason_;         // why the certificate shown does not suffice; empty: none was shown
-  bool without_body_ = false;        // the response to a HEAD request
+  struct Sender {
+    Principal principal;
+    RestApi::StillPermit permit;
+  };
+  std::optional<Sender> sender_;  // of the still whose body is read
+  std::string login_reason_;      // why the certificate shown does not suffice; empty: none was shown
+  bool without_body_ = false;     // the response to a HEAD request
 };
 
 }  // namespace fanlight

@@ -2,6 +2,7 @@
 #include "server/http/rest_api.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -109,7 +110,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
        [&] { return control_cine(request, principal); }},
       {"/api/rtp", [&] { return relay(principal); }, http::verb::post,
        [&] { return control_relay(request, principal); }},
-      // HttpSession gives a POST to send_still().
+      // A POST goes to send_still() in place of here; the row says that there is one.
       {"/api/archive", [&] { return archive(); }, http::verb::post, [&] { return archive(); }},
   }};
   if (path == "/api/picture.png" || path == "/api/surface.html") return wrong_method("GET", "GET, HEAD");
@@ -258,35 +259,56 @@ RestApi::Response RestApi::archive() const {
   const StillArchive* const archive = dependencies_.state.archive;
   if (archive == nullptr) return json_response(http::status::ok, {{"available", false}});
   const StillArchive::Report report = archive->report();
-  return json_response(http::status::ok,
-                       {{"available", true}, {"waiting", report.waiting}, {"refused", report.refused}});
+  return json_response(
+      http::status::ok,
+      {{"available", report.available}, {"waiting", report.waiting}, {"refused", report.refused}});
 }
 
-std::optional<RestApi::Response> RestApi::refuse_still(const Principal& principal) {
-  std::optional<Response> refused = execute(principal, SendStill(), [](const auto&) { return Response(); });
-  if (refused->result() == http::status::ok) return std::nullopt;
-  return refused;
+RestApi::Admission RestApi::admit_still(const Request& header, const Principal& principal) {
+  if (!is_json(header)) {
+    return {.permit = nullptr,
+            .refusal =
+                reject(principal, SendStill(), "the body is no JSON, expected Content-Type: application/json",
+                       http::status::unsupported_media_type)};
+  }
+  bool permitted = false;
+  Response refused = execute(principal, SendStill(), [&](const CommandResult&) {
+    permitted = true;
+    return Response();
+  });
+  if (permitted && stills_under_way_ == kMostStills) {
+    constexpr auto kReason = "the last stills are still being written, expected a later request";
+    dependencies_.state.counters.archive_refusals.add();
+    dependencies_.audit.note(principal, {.what = "archive", .result = std::string("refused: ") + kReason},
+                             nullptr);
+    permitted = false;
+    refused = refusal(http::status::service_unavailable, kReason);
+  }
+  if (!permitted) return {.permit = nullptr, .refusal = std::move(refused)};
+  ++stills_under_way_;
+  return {.permit = StillPermit(this, [this](void*) { --stills_under_way_; })};
 }
 
-void RestApi::send_still(Request request, const Principal& principal, const Answer& answer) {
-  if (!is_json(request)) return answer(expected_json());
-  const std::size_t bytes = request.body().size();
-  const auto done = [this, principal, answer, bytes](const Result<void>& added) {
+void RestApi::send_still(std::string body, const Principal& principal, const StillPermit& permit,
+                         const Answer& answer) {
+  const std::size_t bytes = body.size();
+  const auto done = [this, principal, permit, answer, bytes](const Result<void>& added) {
     ServerCounters& counters = dependencies_.state.counters;
-    const bool refused = !added && added.error().code != ErrorCode::kUnavailable;
-    Counter& count = added     ? counters.archive_stills
-                     : refused ? counters.archive_refusals
-                               : counters.archive_failures;
+    const bool failed = !added && added.error().code == ErrorCode::kUnavailable;
+    Counter& count = added    ? counters.archive_stills
+                     : failed ? counters.archive_failures
+                              : counters.archive_refusals;
     count.add();
     const std::string result =
-        added ? "done" : fmt::format("{}: {}", refused ? "refused" : "failed", added.error().message);
+        added ? "done" : fmt::format("{}: {}", failed ? "failed" : "refused", added.error().message);
     dependencies_.audit.note(principal, {.what = "archive", .result = result}, {{"bytes", bytes}});
+    if (failed)
+      spdlog::error("a still could not be put into the queue for the archive: {}", added.error().message);
     if (added) return answer(json_response(http::status::accepted, {{"taken", true}}));
-    answer(refusal(refused ? http::status::bad_request : http::status::service_unavailable,
+    answer(refusal(failed ? http::status::service_unavailable : http::status::bad_request,
                    added.error().message));
   };
-  if (auto begun = dependencies_.state.archive->add(std::move(request.body()), done); !begun)
-    done(begun.error());
+  dependencies_.state.archive->add(std::move(body), done);
 }
 
 // ---- pictures

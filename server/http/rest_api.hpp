@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -64,10 +66,20 @@ class RestApi {
   /// this server. For operators; audited. Waits for a picture as picture() does.
   void shared_surface(const Principal& principal, const Answer& answer, std::int64_t now_ns);
 
-  /// The answer to a POST of /api/archive, once the still is on the disk. Audited, without the patient.
-  void send_still(Request request, const Principal& principal, const Answer& answer);
-  /// The refusal of such a request before its body is read; nothing where it may come.
-  std::optional<Response> refuse_still(const Principal& principal);
+  /// Of a POST of /api/archive: one of kMostStills, until the last copy ends.
+  using StillPermit = std::shared_ptr<void>;
+  static constexpr std::size_t kMostStills = 4;
+  struct Admission {
+    StillPermit permit;  ///< null: refused
+    std::optional<Response> refusal{};
+  };
+  /// Judges the header of such a request: its body is large.
+  Admission admit_still(const Request& header, const Principal& principal);
+  /// The answer to it, once the still is on the disk. Audited, without the patient.
+  void send_still(std::string body, const Principal& principal, const StillPermit& permit,
+                  const Answer& answer);
+  /// How many have a permit.
+  std::size_t stills_under_way() const { return stills_under_way_; }
 
   /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
   /// Call it after every picture, and once a second.
@@ -110,6 +122,7 @@ class RestApi {
 
   Dependencies dependencies_;
   std::vector<Waiting> waiting_;
+  std::size_t stills_under_way_ = 0;
 };
 
 }  // namespace fanlight

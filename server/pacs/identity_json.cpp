@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -48,7 +49,17 @@ bool is_name(std::string_view text) {
 }
 
 bool is_date(std::string_view text) {
-  return text.size() == 8 && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+  if (text.size() != 8 || !std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; }))
+    return false;
+  const auto number = [text](std::size_t at, std::size_t digits) {
+    int value = 0;
+    for (const char digit : text.substr(at, digits)) value = 10 * value + (digit - '0');
+    return value;
+  };
+  return std::chrono::year_month_day(std::chrono::year(number(0, 4)),
+                                     std::chrono::month(static_cast<unsigned>(number(4, 2))),
+                                     std::chrono::day(static_cast<unsigned>(number(6, 2))))
+      .ok();
 }
 
 bool is_sex(std::string_view text) {
@@ -67,7 +78,7 @@ constexpr std::array kRows = {
     Row{"patient_name", &DicomIdentity::patient_name, kMostInName, is_name, kName},
     Row{"patient_id", &DicomIdentity::patient_id, 64, is_text, kText},
     Row{"issuer_of_patient_id", &DicomIdentity::issuer_of_patient_id, 64, is_text, kText},
-    Row{"birth_date", &DicomIdentity::birth_date, 8, is_date, "YYYYMMDD"},
+    Row{"birth_date", &DicomIdentity::birth_date, 8, is_date, "a day as YYYYMMDD"},
     Row{"sex", &DicomIdentity::sex, 1, is_sex, "M, F or O"},
     Row{"accession_number", &DicomIdentity::accession_number, 16, is_text, kText},
     Row{"study_uid", &DicomIdentity::study_uid, 64, is_uid, "digits and dots"},
@@ -92,12 +103,21 @@ Result<void> check_field(const Row& row, std::string_view text) {
   return {};
 }
 
+/// Else it may be a patient's name in the wrong place, which must not be repeated.
+bool looks_like_a_field(std::string_view name) {
+  constexpr std::size_t kMost = 40;
+  return !name.empty() && name.size() <= kMost &&
+         std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; });
+}
+
 Result<void> take_field(const std::string& name, const nlohmann::json& value, DicomIdentity& identity) {
   const auto row = std::ranges::find(kRows, name, &Row::name);
   if (row == kRows.end()) {
     std::array<std::string_view, kRows.size()> names;
     std::ranges::transform(kRows, names.begin(), &Row::name);
-    return wrong(fmt::format("{} is no field of it, expected {}", printable(name), fmt::join(names, ", ")));
+    return wrong(fmt::format("{} no field of it, expected {}",
+                             looks_like_a_field(name) ? name + " is" : "one of the names is",
+                             fmt::join(names, ", ")));
   }
   if (!value.is_string()) return wrong(fmt::format("{} is no text, expected {}", name, row->expected));
   const auto& text = value.get_ref<const std::string&>();

@@ -139,7 +139,7 @@ Outbox::~Outbox() {
 
 Result<std::filesystem::path> Outbox::stage_by(std::string label, const std::function<int(int)>& write) {
   const std::string name = new_name();
-  labels_[name] = std::move(label);
+  if (!label.empty()) labels_[name] = std::move(label);
   std::filesystem::path path = folder_ / ("." + name);
   const int failure = write_private_file(path, ExistingFile::kKeep, write);
   if (failure == 0) return path;
@@ -211,6 +211,10 @@ Result<Outbox::Paths> Outbox::waiting_files() const {
 std::uint64_t Outbox::waiting() const {
   const auto files = waiting_files();
   return files ? files->size() : 0;
+}
+
+bool Outbox::can_be_written() const {
+  return access(folder_.c_str(), R_OK | W_OK | X_OK) == 0;
 }
 
 std::uint64_t Outbox::refused() const {

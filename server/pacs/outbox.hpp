@@ -53,7 +53,7 @@ class Outbox {
   ~Outbox();
 
   /// Writes an object, synced to the disk, under a name that no sender looks at; returns its file.
-  /// `label`: what messages of this program call it. kUnavailable.
+  /// `label`: what messages of this program call it; empty: the name of its file. kUnavailable.
   Result<std::filesystem::path> stage(std::span<const std::uint8_t> object, std::string label);
   /// The same with the copy of a DICOM file.
   Result<std::filesystem::path> stage_file(const std::filesystem::path& path);
@@ -62,6 +62,7 @@ class Outbox {
   /// Removes what was staged and not published.
   static void discard(std::span<const std::filesystem::path> staged);
 
+  bool can_be_written() const;
   /// How many objects wait, and how many were refused.
   std::uint64_t waiting() const;
   std::uint64_t refused() const;

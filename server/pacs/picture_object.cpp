@@ -20,11 +20,11 @@ constexpr std::size_t kChannels = 3;
 
 void add_picture(DicomFields& fields, const PictureToSend& picture) {
   fields.text(DCM_ConversionType, "WSD");  // of a workstation
-  const bool was_lossy = picture.jpeg_ratio > 0;
+  const bool was_lossy = picture.lossy_ratio > 0;
   fields.text(DCM_LossyImageCompression, was_lossy ? "01" : "00");
   if (was_lossy) {
-    fields.text(DCM_LossyImageCompressionRatio, fmt::format("{:.2f}", picture.jpeg_ratio));
-    fields.text(DCM_LossyImageCompressionMethod, "ISO_10918_1");
+    fields.text(DCM_LossyImageCompressionRatio, fmt::format("{:.2f}", picture.lossy_ratio));
+    fields.text(DCM_LossyImageCompressionMethod, picture.lossy_method);
   }
   fields.whole(DCM_SamplesPerPixel, kChannels);
   fields.text(DCM_PhotometricInterpretation, "RGB");
@@ -129,7 +129,7 @@ Result<std::vector<std::uint8_t>> picture_file_object(const std::filesystem::pat
   return picture_object({.width = static_cast<std::uint32_t>(shape.width),
                          .height = static_cast<std::uint32_t>(shape.height),
                          .rgb = rgb,
-                         .jpeg_ratio = jpeg_ratio},
+                         .lossy_ratio = jpeg_ratio},
                         series);
 }
 

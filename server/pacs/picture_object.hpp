@@ -16,7 +16,9 @@ struct PictureToSend {
   std::uint32_t width = 0;            ///< 1 to 65535
   std::uint32_t height = 0;           ///< 1 to 65535
   std::span<const std::uint8_t> rgb;  ///< height x width x 3, row major
-  double jpeg_ratio = 0;              ///< by how much JPEG had compressed it; 0: it lost nothing
+  /// By how much it was compressed with a loss before; 0: it lost nothing.
+  double lossy_ratio = 0;
+  const char* lossy_method = "ISO_10918_1";  ///< JPEG; or ISO_14496_10, H.264 (PS3.3 C.7.6.1.1.5)
 };
 
 /// The bytes of a DICOM file: Secondary Capture Image (PS3.3 A.8.1), uncompressed RGB, explicit little

@@ -1,9 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/pacs/still_queue.hpp"
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
 #include <new>
+#include <optional>
+#include <thread>
 #include <utility>
+#include <vector>
 
+#include "server/pacs/dicom_series.hpp"
 #include "server/pacs/picture_object.hpp"
 #include "server/pacs/still_request.hpp"
 
@@ -13,81 +23,156 @@ namespace {
 
 /// After such a pause, a still of the same patient belongs to another examination.
 constexpr std::chrono::hours kLongestPause{4};
-constexpr std::chrono::seconds kCountAgain{5};
+constexpr std::chrono::seconds kCountAgain{2};
+constexpr std::chrono::milliseconds kNoMemoryPause{10};
 
 }  // namespace
 
-StillQueue::StillQueue(Outbox outbox, Post post) : outbox_(std::move(outbox)), post_(std::move(post)) {
-  count();
-  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
-}
+/// What the two threads share, and the work of the queue's own.
+class StillQueue::Work {
+ public:
+  Work(Outbox outbox, Post post) : outbox_(std::move(outbox)), post_(std::move(post)) { count(); }
 
-Result<void> StillQueue::add(std::string request, Done done) {
-  if (under_way_ == kMostUnderWay) {
-    return Error{ErrorCode::kUnavailable,
-                 "the last stills are still being written, expected a later request"};
-  }
-  ++under_way_;
-  {
+  Report report() const { return {.available = available_, .waiting = waiting_, .refused = refused_}; }
+
+  void push(std::string request, Done done) {
     const std::scoped_lock lock(mutex_);
     jobs_.push_back({std::move(request), std::move(done)});
+    changed_.notify_all();
   }
-  changed_.notify_one();
-  return {};
-}
 
-void StillQueue::run(const std::stop_token& stop) {
-  for (;;) {
-    auto job = next(stop);
-    if (!job && stop.stop_requested()) return;
-    Result<void> result;
-    if (job) result = put_in(job->request);
-    count();
-    if (!job) continue;
-    post_([this, done = std::move(job->done), result = std::move(result)] {
-      --under_way_;
-      done(result);
-    });
+  /// Whether the thread has ended in time. If not, it posts nothing more.
+  bool end() {
+    std::unique_lock lock(mutex_);
+    ending_ = true;
+    changed_.notify_all();
+    const bool ended =
+        changed_.wait_for(lock, std::chrono::milliseconds(kMostEndMs), [this] { return has_ended_; });
+    if (!ended) post_ = nullptr;
+    return ended;
+  }
+
+  void run() {
+    while (auto job = next()) {
+      if (job->done) {
+        const auto result = put_in(job->request);
+        count();
+        post([done = std::move(job->done), result] { done(result); });
+      } else {
+        count();
+      }
+    }
+    const std::scoped_lock lock(mutex_);
+    has_ended_ = true;
+    changed_.notify_all();
+  }
+
+ private:
+  struct Job {
+    std::string request;
+    Done done;
+  };
+  struct Examination {
+    DicomIdentity patient;
+    DicomSeries series;
+    std::chrono::steady_clock::time_point last_still;
+  };
+
+  /// The next one; an empty one after a while, to count again; nothing at the end.
+  std::optional<Job> next() {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kCountAgain, [this] { return ending_ || !jobs_.empty(); });
+    if (jobs_.empty()) return ending_ ? std::nullopt : std::optional(Job());
+    Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    return job;
+  }
+
+  Result<void> put_in(const std::string& request) try {
+    const auto still = parse_still_request(request);
+    if (!still) return still.error();
+    const RgbPicture& picture = still->picture;
+    const auto object = picture_object({.width = picture.width,
+                                        .height = picture.height,
+                                        .rgb = picture.rgb,
+                                        .lossy_ratio = still->lossy_ratio,
+                                        .lossy_method = still->lossy_method},
+                                       series_of(still->patient));
+    if (!object) return object.error();
+    const auto staged = outbox_.stage(*object, "");
+    if (!staged) return staged.error();
+    auto published = outbox_.publish({&*staged, 1});
+    if (!published) Outbox::discard({&*staged, 1});
+    return published;
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kUnavailable, "there is no memory for a still, expected a later request"};
+  }
+
+  /// One series for the stills of an examination.
+  DicomSeries& series_of(const DicomIdentity& patient) {
+    const auto now = std::chrono::steady_clock::now();
+    std::erase_if(examinations_,
+                  [&](const Examination& each) { return now - each.last_still > kLongestPause; });
+    auto found = std::ranges::find(examinations_, patient, &Examination::patient);
+    if (found == examinations_.end())
+      found = examinations_.insert(found, Examination{patient, DicomSeries::begin(patient), now});
+    found->last_still = now;
+    return found->series;
+  }
+
+  void count() try {
+    available_ = outbox_.can_be_written();
+    waiting_ = outbox_.waiting();
+    refused_ = outbox_.refused();
+  } catch (const std::bad_alloc&) {
+    return;  // counted again soon
+  }
+
+  void post(const std::function<void()>& result) {
+    for (;;) {
+      try {
+        const std::scoped_lock lock(mutex_);
+        if (post_) post_(result);
+        return;
+      } catch (const std::bad_alloc&) {
+        std::this_thread::sleep_for(kNoMemoryPause);
+      }
+    }
+  }
+
+  // Of the thread.
+  Outbox outbox_;
+  std::vector<Examination> examinations_;  // of the last hours
+
+  std::atomic<bool> available_{false};
+  std::atomic<std::uint64_t> waiting_{0};
+  std::atomic<std::uint64_t> refused_{0};
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Post post_;  // empty: nothing is posted any more
+  std::deque<Job> jobs_;
+  bool ending_ = false;
+  bool has_ended_ = false;
+};
+
+StillQueue::StillQueue(Outbox outbox, Post post)
+    : work_(std::make_shared<Work>(std::move(outbox), std::move(post))),
+      thread_([work = work_] { work->run(); }) {}
+
+StillQueue::~StillQueue() {
+  if (work_->end()) {
+    thread_.join();
+  } else {
+    thread_.detach();
   }
 }
 
-/// The next one; nothing after a while, to count again, or at the end.
-std::optional<StillQueue::Job> StillQueue::next(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  if (!changed_.wait_for(lock, stop, kCountAgain, [this] { return !jobs_.empty(); })) return std::nullopt;
-  Job job = std::move(jobs_.front());
-  jobs_.pop_front();
-  return job;
+StillArchive::Report StillQueue::report() const {
+  return work_->report();
 }
 
-Result<void> StillQueue::put_in(const std::string& request) try {
-  const auto still = parse_still_request(request);
-  if (!still) return still.error();
-  const RgbPicture& picture = still->picture;
-  const auto object = picture_object({.width = picture.width, .height = picture.height, .rgb = picture.rgb},
-                                     series_of(still->patient));
-  if (!object) return object.error();
-  const auto staged = outbox_.stage(*object, "a still");
-  if (!staged) return staged.error();
-  auto published = outbox_.publish({&*staged, 1});
-  if (!published) Outbox::discard({&*staged, 1});
-  return published;
-} catch (const std::bad_alloc&) {
-  return Error{ErrorCode::kUnavailable, "there is no memory for a still, expected a later request"};
-}
-
-/// One series for the stills of an examination.
-DicomSeries& StillQueue::series_of(const DicomIdentity& patient) {
-  const auto now = std::chrono::steady_clock::now();
-  if (!examination_ || examination_->patient != patient || now - examination_->last_still > kLongestPause)
-    examination_.emplace(Examination{patient, DicomSeries::begin(patient), now});
-  examination_->last_still = now;
-  return examination_->series;
-}
-
-void StillQueue::count() {
-  waiting_ = outbox_.waiting();
-  refused_ = outbox_.refused();
+void StillQueue::add(std::string request, Done done) {
+  work_->push(std::move(request), std::move(done));
 }
 
 Result<std::unique_ptr<StillArchive>> open_still_queue(const std::filesystem::path& folder,

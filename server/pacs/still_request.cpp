@@ -28,28 +28,68 @@ Result<std::vector<std::uint8_t>> decode_base64(const std::string& text) {
   const bool decoded =
       !text.empty() && text.size() % kCharacters == 0 &&
       EVP_DecodeBlock(bytes.data(), from, static_cast<int>(text.size())) == static_cast<int>(bytes.size());
-  if (!decoded) return wrong("png is not in base64, expected a PNG file in base64");
+  if (!decoded) return wrong("png is not in base64, expected a PNG file in base64 without line breaks");
   bytes.resize(bytes.size() - static_cast<std::size_t>(std::min<std::ptrdiff_t>(
                                   2, std::count(text.end() - kCharacters, text.end(), '='))));
   return bytes;
 }
 
+bool is_blank(std::string_view text) {
+  return text.find_first_not_of(" ^=") == std::string_view::npos;
+}
+
+Result<void> take_loss(const nlohmann::json& json, StillRequest& still) {
+  const auto method = json.is_object() ? json.value("method", nlohmann::json()) : nlohmann::json();
+  const auto ratio = json.is_object() ? json.value("ratio", nlohmann::json()) : nlohmann::json();
+  const bool is_known = method == "jpeg" || method == "h264";
+  if (!is_known || !ratio.is_number() || ratio.get<double>() < 1 || json.size() != 2)
+    return wrong(R"(lossy is of another form, expected {"method": "jpeg" or "h264", "ratio": 1 or more})");
+  still.lossy_method = method == "jpeg" ? "ISO_10918_1" : "ISO_14496_10";
+  still.lossy_ratio = ratio.get<double>();
+  return {};
+}
+
+/// A parser would take forty times the memory of a body that is nested at each character.
+bool is_flat(std::string_view json) {
+  constexpr int kMostDepth = 2;
+  int depth = 0;
+  bool in_text = false;
+  for (std::size_t at = 0; at < json.size() && depth <= kMostDepth; ++at) {
+    const char c = json[at];
+    if (in_text && c == '\\') {
+      ++at;
+    } else if (c == '"') {
+      in_text = !in_text;
+    } else if (!in_text && (c == '{' || c == '[')) {
+      ++depth;
+    } else if (!in_text && (c == '}' || c == ']')) {
+      --depth;
+    }
+  }
+  return depth <= kMostDepth;
+}
+
 }  // namespace
 
 Result<StillRequest> parse_still_request(std::string_view body) {
-  const auto json = nlohmann::json::parse(body, nullptr, false);
-  const bool has_both = json.is_object() && json.size() == 2 && json.contains("patient") &&
+  const auto json = is_flat(body) ? nlohmann::json::parse(body, nullptr, false) : nlohmann::json();
+  const bool is_lossy = json.is_object() && json.contains("lossy");
+  const bool has_both = json.is_object() && json.size() == (is_lossy ? 3 : 2) && json.contains("patient") &&
                         json.contains("png") && json["png"].is_string();
   if (!has_both) return wrong(R"(expected {"png": PICTURE IN BASE64, "patient": {"patient_id": ID}})");
   auto patient = parse_identity(json["patient"]);
   if (!patient) return patient.error();
-  if (patient->patient_id.empty() && patient->patient_name.empty())
+  if (is_blank(patient->patient_id) && is_blank(patient->patient_name))
     return wrong("the patient has neither an ID nor a name, expected one of them");
   const auto file = decode_base64(json["png"].get_ref<const std::string&>());
   if (!file) return file.error();
   auto picture = read_png(*file);
   if (!picture) return picture.error();
-  return StillRequest{.patient = *std::move(patient), .picture = *std::move(picture)};
+  StillRequest still{.patient = *std::move(patient), .picture = *std::move(picture)};
+  if (is_lossy) {
+    if (auto taken = take_loss(json["lossy"], still); !taken) return taken.error();
+  }
+  return still;
 }
 
 }  // namespace fanlight

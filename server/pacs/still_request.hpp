@@ -13,11 +13,14 @@ namespace fanlight {
 struct StillRequest {
   DicomIdentity patient;
   RgbPicture picture;
+  double lossy_ratio = 0;  // as of PictureToSend
+  const char* lossy_method = "";
 };
 
-/// Reads {"png": BASE64, "patient": {"patient_id": ...}}. Errors: kInvalidArgument, another form, a field of
-/// the patient that DICOM cannot hold, or a patient with neither ID nor name; kBadInput, of the picture. The
-/// sentence never has a value of the patient.
+/// Reads {"png": BASE64, "patient": {"patient_id": ...}}, and, where the display had the picture as JPEG or
+/// H.264, "lossy": {"method": "jpeg" or "h264", "ratio": NUMBER}. Errors: kInvalidArgument, another form, a
+/// field of the patient that DICOM cannot hold, or a patient with neither ID nor name; kBadInput, of the
+/// picture. The sentence never has a value of the patient.
 Result<StillRequest> parse_still_request(std::string_view body);
 
 }  // namespace fanlight

@@ -227,7 +227,8 @@ void StreamServer::end(const std::string& reason) {
 }
 
 void StreamServer::stop_without_sessions() {
-  const bool all_left = sessions_.all().empty() && (!igtl_ || igtl_->clients() == 0);
+  const bool all_left =
+      sessions_.all().empty() && (!igtl_ || igtl_->clients() == 0) && rest_api_.stills_under_way() == 0;
   if (now_ns() >= end_until_ns_ || all_left) return stop();
   end_pause_.expires_after(std::chrono::milliseconds(10));
   end_pause_.async_wait([this, link = end_chain_.link()](boost::system::error_code stopped) {
@@ -236,6 +237,10 @@ void StreamServer::stop_without_sessions() {
 }
 
 void StreamServer::close_audit() {
+  if (const std::size_t stills = rest_api_.stills_under_way(); stills > 0) {
+    spdlog::warn("{} stills for the archive were under way at the end, and may be in its queue or not",
+                 stills);
+  }
   for (const auto& session : sessions_.all()) session->abandon();
   const bool written = audit_.close();
   if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,13 +14,11 @@ namespace fanlight {
 class StillArchive {
  public:
   struct Report {
+    bool available = false;     ///< the folder can be written
     std::uint64_t waiting = 0;  ///< objects that the archive does not have yet
     std::uint64_t refused = 0;  ///< objects that it has refused for good
   };
   using Done = std::function<void(const Result<void>&)>;
-
-  /// Stills that are being written.
-  static constexpr std::size_t kMostUnderWay = 4;
 
   virtual ~StillArchive() = default;
 
@@ -30,9 +27,8 @@ class StillArchive {
 
   /// `request`: a JSON object with `png`, the picture in base64, and `patient`, as `fanlight worklist` saves
   /// it. `done`: called later on the server thread, when the still is on the disk, or with an error:
-  /// kInvalidArgument or kBadInput for the request, kUnavailable for the disk. Returns kUnavailable where
-  /// kMostUnderWay are being written; `done` is not called then.
-  virtual Result<void> add(std::string request, Done done) = 0;
+  /// kInvalidArgument or kBadInput for the request, kUnavailable for the disk.
+  virtual void add(std::string request, Done done) = 0;
 };
 
 /// Opens it. `post`: runs a function on the server thread; any thread may call it.

@@ -83,7 +83,7 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     await until(
       "a refusal",
       () => dialog.locator("[role=alert]").textContent(),
-      (text) => /Not sent: .*patient_id/.test(text),
+      (text) => /was not sent: .*patient_id/.test(text),
     );
     await button("Cancel").click();
     await page.keyboard.press("s"); // keys of the page work again

@@ -86,8 +86,11 @@ export async function withStillPage(name, steps) {
     error.message += `\nconsole problems of the page: ${JSON.stringify(viewer?.consoleProblems)}\nthe server printed:\n${server.output}`;
     throw error;
   } finally {
-    await viewer?.screenshot(name);
-    await viewer?.page.evaluate(() => [localStorage, sessionStorage].forEach((storage) => storage.clear()));
-    await viewer?.page.close();
+    try {
+      await viewer?.screenshot(name);
+      await viewer?.page.evaluate(() => [localStorage, sessionStorage].forEach((storage) => storage.clear()));
+    } finally {
+      await viewer?.page.close(); // else it stays in control
+    }
   }
 }

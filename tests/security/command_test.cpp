@@ -314,6 +314,22 @@ class ServerOfRoles {
     return response;
   }
 
+  /// The status that answers the header of a request with a large body, which is not sent; 0: none comes.
+  int status_before_body(const std::string& target, const std::string& authorization) {
+    boost::asio::io_context loop;
+    boost::asio::ip::tcp::socket socket(loop);
+    socket.connect(server_->endpoint());
+    boost::asio::write(socket, boost::asio::buffer(fmt::format(
+                                   "{} HTTP/1.1\r\nHost: localhost\r\n{}Expect: 100-continue\r\n"
+                                   "Content-Type: application/json\r\nContent-Length: 16000000\r\n\r\n",
+                                   target, authorization)));
+    std::string response(12, '\0');
+    boost::system::error_code end;
+    boost::asio::read(socket, boost::asio::buffer(response), end);
+    return end ? 0 : std::stoi(response.substr(9));
+  }
+  std::string authorization(Role role) const { return "Authorization: Bearer " + token(role) + "\r\n"; }
+
   std::string open_igtl_link(const std::string& xml) {
     TestClient client(server_->igtl_port());
     igtl::put_string(client.writer().begin({.type = "STRING", .device = "CMD_1"}), xml);
@@ -330,6 +346,18 @@ class ServerOfRoles {
   std::vector<std::string> tokens_;
   std::unique_ptr<ServerFixture> server_;
 };
+
+TEST(LargeBody, IsRefusedBeforeItComesToAllButOperators) {
+  ServerOfRoles server(Role::kViewer);
+  const std::string still = "POST /api/archive";
+  EXPECT_EQ(server.status_before_body(still, ""), 401);
+  EXPECT_EQ(server.status_before_body(still, "Authorization: Bearer wrong\r\n"), 401);
+  EXPECT_EQ(server.status_before_body(still, server.authorization(Role::kViewer)), 403);
+  EXPECT_EQ(server.status_before_body(still, server.authorization(Role::kOperator)), 409)
+      << "there is no queue";
+  for (const char* other : {"PATCH /api/scene", "POST /api/cine", "GET /", "POST /api/archive/"})
+    EXPECT_EQ(server.status_before_body(other, server.authorization(Role::kAdmin)), 400) << other;
+}
 
 TEST(CommandOfEachProtocol, IsRefusedByRoleAsTheTableSays) {
   for (const Role role : kRoles) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/state/still_archive.hpp"
 #include "tests/support/http_talk.hpp"
@@ -23,7 +24,7 @@ constexpr std::size_t kLargestStill = std::size_t{16} << 20;
 /// What the test wants of the queue, and what that was given.
 struct Wishes {
   Result<void> added;
-  bool is_full = false;
+  bool is_slow = false;  // nothing is ever done
   std::atomic<std::size_t> bytes = 0;
 };
 
@@ -32,17 +33,17 @@ class FakeQueue : public StillArchive {
   FakeQueue(std::shared_ptr<Wishes> wishes, std::function<void(std::function<void()>)> post)
       : wishes_(std::move(wishes)), post_(std::move(post)) {}
 
-  Report report() const override { return {.waiting = 3, .refused = 1}; }
-  Result<void> add(std::string request, Done done) override {
-    if (wishes_->is_full) return Error{ErrorCode::kUnavailable, "full"};
+  Report report() const override { return {.available = true, .waiting = 3, .refused = 1}; }
+  void add(std::string request, Done done) override {
     wishes_->bytes = request.size();
+    if (wishes_->is_slow) return kept_.push_back(std::move(done));
     post_([done = std::move(done), added = wishes_->added] { done(added); });
-    return {};
   }
 
  private:
   std::shared_ptr<Wishes> wishes_;
   std::function<void(std::function<void()>)> post_;
+  std::vector<Done> kept_;
 };
 
 class ArchiveTest : public testing::Test {
@@ -78,7 +79,9 @@ TEST_F(ArchiveTest, AStillMayBeLarge) {
   EXPECT_EQ(talk(server, "POST", "/api/archive", body).status, 202);
   EXPECT_EQ(wishes_->bytes, body.size());
   EXPECT_EQ(server.counters().archive_stills.value(), 1U);
-  EXPECT_EQ(talk(server, "POST", "/api/archive", body + " ").status, 400);
+  const Answer larger = talk(server, "POST", "/api/archive", body + " ");
+  EXPECT_EQ(larger.status, 400);
+  EXPECT_NE(larger.body.find("16777216 of body"), std::string::npos) << larger.body;
   EXPECT_EQ(server.counters().archive_stills.value(), 1U);
 }
 
@@ -87,7 +90,64 @@ TEST_F(ArchiveTest, NothingElseMay) {
   const std::string body(kLargestBody + 1, ' ');
   EXPECT_EQ(talk(server, "PATCH", "/api/scene", body).status, 400);
   EXPECT_EQ(talk(server, "PATCH", "/api/archive", body).status, 400);
-  EXPECT_EQ(talk(server, "POST", "/api/archive", "x", "text/plain").status, 415);
+}
+
+/// A request whose header alone is sent; the answer to it.
+std::string answer_to_header(const ServerFixture& server, const std::string& header) {
+  boost::asio::io_context loop;
+  boost::asio::ip::tcp::socket socket(loop);
+  socket.connect(server.endpoint());
+  boost::asio::write(
+      socket, boost::asio::buffer("POST /api/archive HTTP/1.1\r\nHost: localhost\r\n" + header + "\r\n"));
+  socket.shutdown(boost::asio::ip::tcp::socket::shutdown_send);
+  std::string text;
+  boost::system::error_code end;
+  boost::asio::read(socket, boost::asio::dynamic_buffer(text), end);
+  return text;
+}
+
+TEST_F(ArchiveTest, AnswersBeforeTheBodyWhereItRefuses) {
+  const auto server = start();
+  const std::string type = "Content-Type: application/json\r\n";
+  const std::string size = "Content-Length: 16000000\r\n";
+  for (const std::string& body :
+       {size, size + "Expect: 100-continue\r\n", std::string("Transfer-Encoding: chunked\r\n")}) {
+    EXPECT_EQ(answer_to_header(server, body + type + "Origin: http://elsewhere.example\r\n").substr(9, 3),
+              "403");
+    EXPECT_EQ(answer_to_header(server, body + "Content-Type: text/plain\r\n").substr(9, 3), "415");
+  }
+  EXPECT_NE(answer_to_header(server, size + type).find("partial message"), std::string::npos)
+      << "a body is expected";
+  const ServerFixture without;
+  EXPECT_EQ(answer_to_header(without, size + type).substr(9, 3), "409");
+}
+
+TEST_F(ArchiveTest, TheClientReadsTheRefusalOfALargeBody) {
+  const ServerFixture without;
+  const Answer answer = talk(without, "POST", "/api/archive", std::string(kLargestStill, ' '));
+  EXPECT_EQ(answer.status, 409);
+}
+
+TEST_F(ArchiveTest, WritesSomeAtATime) {
+  const auto server = start();
+  wishes_->is_slow = true;
+  boost::asio::io_context loop;
+  std::vector<boost::asio::ip::tcp::socket> sockets;
+  for (std::size_t i = 0; i < RestApi::kMostStills; ++i) {
+    auto& socket = sockets.emplace_back(loop);
+    socket.connect(server.endpoint());
+    boost::asio::write(socket, boost::asio::buffer(std::string(
+                                   "POST /api/archive HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
+                                   "application/json\r\nContent-Length: 100\r\n\r\n{")));
+  }
+  // Once all headers were read.
+  while (talk(server, "POST", "/api/archive", "{}").status != 503) {
+  }
+  EXPECT_GE(server.counters().archive_refusals.value(), 1U);
+  sockets.clear();  // their permits end
+  wishes_->is_slow = false;
+  while (talk(server, "POST", "/api/archive", "{}").status != 202) {
+  }
 }
 
 TEST_F(ArchiveTest, CountsWhatBecomesOfAStill) {
@@ -98,10 +158,9 @@ TEST_F(ArchiveTest, CountsWhatBecomesOfAStill) {
   EXPECT_NE(failed.body.find("the disk is full"), std::string::npos);
   wishes_->added = Error{ErrorCode::kBadInput, "no PNG"};
   EXPECT_EQ(talk(server, "POST", "/api/archive", "{}").status, 400);
-  wishes_->is_full = true;
-  EXPECT_EQ(talk(server, "POST", "/api/archive", "{}").status, 503);
-  EXPECT_EQ(server.counters().archive_failures.value(), 2U);
-  EXPECT_EQ(server.counters().archive_refusals.value(), 1U);
+  EXPECT_EQ(talk(server, "POST", "/api/archive", "x", "text/plain").status, 415);
+  EXPECT_EQ(server.counters().archive_failures.value(), 1U);
+  EXPECT_EQ(server.counters().archive_refusals.value(), 2U);
   EXPECT_EQ(server.counters().archive_stills.value(), 0U);
 }
 

@@ -7,7 +7,16 @@ import { PatientForm } from "./patient_form";
 export interface ArchiveEvents {
   /** The picture as PNG; undefined where there is none, which has been said. */
   still(): Promise<Blob> | undefined;
+  /** How the picture came, where it has lost something on the way. */
+  loss(): Loss | undefined;
   sent(sentence: string): void;
+  failed(sentence: string): void;
+}
+
+export interface Loss {
+  method: "jpeg" | "h264";
+  /** By how much it was compressed. */
+  ratio: number;
 }
 
 interface QueueState {
@@ -22,21 +31,26 @@ export class ArchiveButton {
   private readonly problem = element("p", { className: "problem", role: "alert" });
   private readonly send = element("button", { type: "submit" }, "Send");
   private readonly patient = new PatientForm((sentence) => (this.problem.textContent = sentence));
+  private readonly cancel = element("button", { type: "button" }, "Cancel");
   private picture: Promise<Blob> | undefined;
+  private loss: Loss | undefined;
+  private isBusy = false;
+  private asked = 0;
 
   constructor(
     private readonly button: HTMLButtonElement,
     private readonly events: ArchiveEvents,
   ) {
     const title = element("h2", { id: "archive-title" }, "Send a still to the archive");
-    const cancel = element("button", { type: "button" }, "Cancel");
-    cancel.onclick = () => this.dialog.close();
-    const form = element("form", { autocomplete: "off" }, title, this.patient.root, this.state, this.problem);
-    form.append(element("div", { className: "buttons" }, cancel, this.send));
+    const which = element("p", {}, "The picture on show, as it was when this opened, goes to the hospital's archive.");
+    this.cancel.onclick = () => this.dialog.close();
+    const form = element("form", { autocomplete: "off" }, title, which, this.patient.root, this.state, this.problem);
+    form.append(element("div", { className: "buttons" }, this.cancel, this.send));
     form.onsubmit = (event) => {
       event.preventDefault();
       void this.submit();
     };
+    this.dialog.oncancel = (event) => this.isBusy && event.preventDefault();
     this.dialog.setAttribute("aria-labelledby", title.id);
     this.dialog.append(form);
     document.body.append(this.dialog);
@@ -45,12 +59,16 @@ export class ArchiveButton {
 
   /** Whether this display's role may send; the server may have no queue. */
   allow(may: boolean): void {
+    const asked = ++this.asked; // an earlier answer comes too late
     this.button.hidden = true;
-    if (may) void this.ask().then((state) => (this.button.hidden = !state?.available));
+    if (!may) return this.patient.forget();
+    void this.ask().then((state) => {
+      if (asked === this.asked) this.button.hidden = !state?.available;
+    });
   }
 
   private open(): void {
-    this.picture = this.events.still(); // of this moment
+    [this.picture, this.loss] = [this.events.still(), this.events.loss()]; // of this moment
     if (!this.picture) return;
     this.picture.catch((error: Error) => (this.problem.textContent = error.message));
     this.problem.textContent = "";
@@ -74,19 +92,39 @@ export class ArchiveButton {
     this.state.textContent = parts.join(" ");
   }
 
+  /** While a still is under way the form stays: its answer must not meet the next one. */
+  private setBusy(isBusy: boolean): void {
+    this.isBusy = isBusy;
+    for (const each of [this.send, this.cancel, this.button]) each.disabled = isBusy;
+    this.problem.textContent = "";
+    this.send.textContent = isBusy ? "Sending…" : "Send";
+  }
+
   private async submit(): Promise<void> {
     const patient = this.patient.patient();
     if (!patient || !this.picture) return;
-    this.send.disabled = true;
-    this.problem.textContent = "";
+    this.setBusy(true);
     try {
-      await callApi("api/archive", { png: await base64Of(await this.picture), patient });
+      await callApi("api/archive", {
+        png: await base64Of(await this.picture),
+        patient,
+        ...(this.loss && { lossy: this.loss }),
+      });
       this.dialog.close();
       this.events.sent("The still waits in the queue for the archive.");
     } catch (error) {
-      this.problem.textContent = `Not sent: ${(error as Error).message}`;
+      const sentence =
+        error instanceof TypeError // of fetch()
+          ? "The connection was lost: it is not known whether the still was sent."
+          : `The still was not sent: ${(error as Error).message}`;
+      this.setBusy(false);
+      if (this.dialog.open) {
+        this.problem.textContent = sentence;
+      } else {
+        this.events.failed(sentence); // Escape can close it all the same
+      }
     }
-    this.send.disabled = false;
+    this.isBusy && this.setBusy(false);
   }
 }
 

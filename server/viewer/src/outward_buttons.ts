@@ -9,9 +9,17 @@ export class OutwardButtons {
   private readonly share: ShareButton;
   private readonly archive: ArchiveButton;
 
-  constructor(overlay: { stillBlob: ArchiveEvents["still"] }, failed: (sentence: string) => void) {
+  constructor(
+    overlay: { stillBlob: ArchiveEvents["still"]; loss: ArchiveEvents["loss"] },
+    failed: (sentence: string) => void,
+  ) {
     this.share = new ShareButton(page.share, failed);
-    this.archive = new ArchiveButton(page.archive, { still: () => overlay.stillBlob(), sent: bannerAt("#archived") });
+    this.archive = new ArchiveButton(page.archive, {
+      still: () => overlay.stillBlob(),
+      loss: () => overlay.loss(),
+      sent: bannerAt("#archived"),
+      failed,
+    });
   }
 
   /** Whether this display's role may do it. */

@@ -11,15 +11,15 @@ const kMostFileBytes = 65_536;
 export class PatientForm {
   readonly root = element("div", { className: "patient" });
   private readonly id = textBox("Patient ID", 64);
-  private readonly family = textBox("Family name", 31);
-  private readonly given = textBox("Given name", 31);
+  private readonly family = textBox("Family name", 63);
+  private readonly given = textBox("Given name", 63);
   private readonly born = textBox("Date of birth", 10);
   private readonly sex = element("select", { ariaLabel: "Sex" });
   private readonly accession = textBox("Accession number", 16);
   private readonly file = element("input", { type: "file", accept: ".json", hidden: true });
   private order: Patient | undefined; // all fields then are its own
 
-  /** `failed`: an order could not be read. */
+  /** `failed`: an order could not be read; an empty sentence where it was, or where all is cleared. */
   constructor(private readonly failed: (sentence: string) => void) {
     const choices = { "": "Not given", F: "Female", M: "Male", O: "Other" };
     for (const [value, text] of Object.entries(choices)) this.sex.append(element("option", { value }, text));
@@ -28,7 +28,11 @@ export class PatientForm {
     load.title = "A file of fanlight worklist --save";
     load.onclick = () => this.file.click();
     const clear = element("button", { type: "button" }, "Other patient");
-    clear.onclick = () => this.fill(undefined);
+    clear.onclick = () => {
+      this.failed("");
+      this.forget();
+    };
+    this.born.max = new Date().toISOString().slice(0, 10);
     this.file.onchange = () => void this.load();
     const rows = [this.id, this.family, this.given, this.born, this.accession].map((box) =>
       element("label", {}, box.ariaLabel!, box),
@@ -43,7 +47,9 @@ export class PatientForm {
     this.id.setCustomValidity(missing ? "Enter a patient ID or a name." : "");
     if (!this.id.reportValidity()) return undefined;
     if (this.order) return this.order;
-    const name = [this.family.value.trim(), this.given.value.trim()].join("^").replace(/\^$/, "");
+    // These characters separate the parts of names.
+    const plain = (box: HTMLInputElement) => box.value.replace(/[\^=]/g, " ").trim();
+    const name = [plain(this.family), plain(this.given)].join("^").replace(/\^$/, "");
     const typed = {
       patient_id: this.id.value.trim(),
       patient_name: name,
@@ -54,17 +60,24 @@ export class PatientForm {
     return Object.fromEntries(Object.entries(typed).filter(([, value]) => value !== ""));
   }
 
+  forget(): void {
+    this.fill(undefined);
+  }
+
   private async load(): Promise<void> {
     const file = this.file.files?.[0];
     if (!file) return;
     try {
-      if (file.size > kMostFileBytes) throw new Error("the file is too large");
-      const json: unknown = JSON.parse(await file.text());
-      if (typeof json !== "object" || json === null || !("patient_id" in json || "patient_name" in json))
-        throw new Error("it names no patient");
+      if (file.size > kMostFileBytes) throw new Error("it is too large");
+      const json = parsed(await file.text());
+      const isOrder = typeof json === "object" && json !== null && ("patient_id" in json || "patient_name" in json);
+      if (!isOrder) throw new Error("it names no patient");
+      if (Object.values(json).some((value) => typeof value !== "string")) throw new Error("a field is no text");
       this.fill(json as Patient);
+      this.failed("");
     } catch (error) {
-      this.failed(`This is no order of fanlight worklist --save: ${(error as Error).message}.`);
+      this.forget(); // whose data it was is not known
+      this.failed(`The file is not an order: ${(error as Error).message}.`);
     }
     this.file.value = ""; // the same file may be chosen again
   }
@@ -81,6 +94,15 @@ export class PatientForm {
     const isFixed = order !== undefined;
     for (const box of [this.id, this.family, this.given, this.born, this.accession]) box.readOnly = isFixed;
     this.sex.disabled = isFixed;
+  }
+}
+
+/** Undefined where it is no JSON. */
+function parsed(text: string): unknown {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return undefined;
   }
 }
 

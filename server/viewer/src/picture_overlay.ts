@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that the page draws over the picture but the light, and the still that is saved with it.
 import type { DepthReply, Hello, Picture, View } from "../generated/fanlight_pb.js";
+import type { Loss } from "./archive_button";
 import { ClipButton } from "./clip_button";
 import type { CodecChoice } from "./codec_choice";
 import { DepthLegend } from "./depth_legend";
@@ -229,6 +230,16 @@ export class PictureOverlay {
       withFoot,
     };
     return stillOf(page.canvas, this.lines, facts);
+  }
+
+  /** How the picture came, where it has lost something on the way. */
+  loss(): Loss | undefined {
+    const shown = this.from.shown();
+    if (!shown) return undefined;
+    const bytes = shown.jpeg.length || shown.h264.length;
+    if (bytes === 0) return undefined;
+    const ratio = Math.max(1, (3 * shown.width * shown.height) / bytes);
+    return { method: shown.jpeg.length > 0 ? "jpeg" : "h264", ratio };
   }
 
   /** The size in which the pixels of the view are counted. */
