@@ -42,7 +42,7 @@ export class ArchiveButton {
     private readonly events: ArchiveEvents,
   ) {
     const title = element("h2", { id: "archive-title" }, "Send a still to the archive");
-    const which = element("p", {}, "The picture on show, as it was when this opened, goes to the hospital's archive.");
+    const which = element("p", {}, "Sends the picture that was on show when this form opened.");
     this.cancel.onclick = () => this.dialog.close();
     const form = element("form", { autocomplete: "off" }, title, which, this.patient.root, this.state, this.problem);
     form.append(element("div", { className: "buttons" }, this.cancel, this.send));
