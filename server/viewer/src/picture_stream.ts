@@ -10,6 +10,8 @@ import { SurfaceView, type ShownScene } from "./surface/surface_view";
 
 const kAskMs = 1000;
 const kSettledMs = 500;
+/** Surfaces are tried again after this time, and each time after four times as long. */
+const kRetryMs = 15_000;
 /** Sizes that differ by less are one: of a page that has changed, and of a browser that is slower or quicker now. */
 const [kSameSize, kSamePace] = [0.02, 0.25];
 /** What a request may contain. */
@@ -38,11 +40,13 @@ export class PictureStream {
   private sizeTimer = 0; // 0: it does not run
   private sameSize = Infinity; // by how much sizes may differ that count as one
   private seenPixels = Infinity;
+  private retryMs = kRetryMs;
+  private retryTimer = 0;
 
   constructor(
     scene: ShownScene,
     connection: Pick<Connection, "send">,
-    events: Omit<PictureViewEvents, "unsupported" | "missing">,
+    events: Omit<PictureViewEvents, "unsupported" | "noSurfaces" | "missing">,
   ) {
     this.surface = new SurfaceView(scene);
     this.view = new PictureView(page.canvas, page.frame, this.surface, {
@@ -53,6 +57,10 @@ export class PictureStream {
         this.watchPace();
       },
       unsupported: () => this.codec.fallBack(),
+      noSurfaces: () => {
+        this.codec.fallBack();
+        this.offerLater();
+      },
       missing: () => this.askAgain(),
     });
     this.codec = new CodecChoice(page.codec, connection, () => this.shownSize());
@@ -101,12 +109,22 @@ export class PictureStream {
     this.watchSize(kSamePace);
   }
 
+  /** A machine may be busy for a while only, and WebGL come back. */
+  private offerLater(): void {
+    window.clearTimeout(this.retryTimer);
+    this.retryTimer = window.setTimeout(() => this.offer(), this.retryMs);
+    this.retryMs *= 4;
+  }
+
+  private offer(): void {
+    if (this.surface.works) this.codec.offerSurfaces();
+    else this.offerLater();
+  }
+
   /** Only with the first picture: to begin with WebGL may take a second, in which there would be none. */
   private offerSurfaces(): void {
     if (this.offered) return;
     this.offered = true;
-    window.setTimeout(() => {
-      if (this.surface.works) this.codec.offerSurfaces();
-    });
+    window.setTimeout(() => this.offer());
   }
 }

@@ -20,8 +20,10 @@ export interface PictureViewEvents {
   /** This display has drawn the surface again, maybe from another view. */
   drawn(): void;
   unreadable(sentence: string): void;
-  /** This browser cannot show such pictures, or not quickly enough. */
+  /** This browser cannot show such pictures. */
   unsupported(): void;
+  /** It lights no surfaces now: WebGL is missing, was lost, or is too slow. */
+  noSurfaces(): void;
   /** The server has to send the picture again, whole. */
   missing(): void;
 }
@@ -117,11 +119,11 @@ export class PictureView {
     try {
       this.surface.draw(this.context, moving);
     } catch {
-      return this.events.unsupported(); // a shader that this browser does not compile
+      return this.noSurfaces(); // a shader that this browser does not compile
     }
     this.noteTurned();
     this.events.drawn();
-    if (this.rehearsed && this.surface.isTooSlow) return this.events.unsupported();
+    if (this.rehearsed && this.surface.isTooSlow) return this.noSurfaces();
     if (this.rehearsed || !this.surface.isShown) return;
     this.rehearsed = true;
     window.setTimeout(() => this.rehearse(), kRehearseMs);
@@ -137,9 +139,15 @@ export class PictureView {
     try {
       this.surface.rehearse();
     } catch {
-      return this.events.unsupported();
+      return this.noSurfaces();
     }
-    if (this.surface.isTooSlow) this.events.unsupported();
+    if (this.surface.isTooSlow) this.noSurfaces();
+  }
+
+  private noSurfaces(): void {
+    this.surface.forgetPace();
+    this.rehearsed = false; // the next surface is judged again
+    this.events.noSurfaces();
   }
 
   /** Shows a volume that was shown before, until the server sends it again. Whether it can. */
@@ -239,7 +247,7 @@ export class PictureView {
       const picture = this.waiting;
       this.waiting = undefined;
       if (picture.surface && !this.surface.works) {
-        this.events.unsupported();
+        this.noSurfaces();
         continue;
       }
       try {

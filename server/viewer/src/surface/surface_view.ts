@@ -61,7 +61,7 @@ export class SurfaceView {
     scene: "",
     turned: false,
   };
-  private readonly paces = { lit: new DrawingPace(), turned: new DrawingPace() };
+  private paces = { lit: new DrawingPace(), turned: new DrawingPace() };
   private readonly sample = document.createElement("canvas").getContext("2d", { willReadFrequently: true })!;
 
   constructor(private readonly scene: ShownScene) {}
@@ -180,6 +180,11 @@ export class SurfaceView {
   /** Whether even the coarsest light takes so long that pictures of the server are quicker. */
   get isTooSlow(): boolean {
     return this.paces.lit.isTooSlow;
+  }
+
+  /** What was slow may have been the machine. */
+  forgetPace(): void {
+    this.paces = { lit: new DrawingPace(), turned: new DrawingPace() };
   }
 
   /** The most pixels of a surface that this browser lights without a wait. */
