@@ -64,6 +64,7 @@ CastParameters rays;
 #include "cut_mask.h"
 #include "edge_detector.h"
 #include "fan_volume.h"
+#include "glass_layers.h"
 #include "ray.h"
 #include "ray_accumulator.h"
 #include "sample_batch.h"
@@ -116,11 +117,15 @@ float candidate(float position, float tried, Ray ray, vec2 shown) {
   return position > tried && depth_mm >= shown.x && depth_mm <= shown.y ? position : -1.0;
 }
 
-// The first of a batch's edges that may be the surface, else -1.
-float first_candidate(float edges[kBatch], float tried, Ray ray, vec2 shown) {
+// The first of a batch's edges that may be the surface, or a layer behind it where there is one; else -1.
+// `height`: of a layer.
+float first_candidate(EdgesFound edges[kBatch], bool behind, float tried, Ray ray, vec2 shown,
+                      inout float height) {
   float first = -1.0;
   [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
-    first = first >= 0.0 ? first : candidate(edges[slot], tried, ray, shown);
+    float edge = candidate(behind ? edges[slot].layer : edges[slot].surface, tried, ray, shown);
+    height = first < 0.0 && edge >= 0.0 ? edges[slot].layer_height : height;
+    first = first >= 0.0 ? first : edge;
   }
   return first;
 }
@@ -161,6 +166,16 @@ float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float c
   return edge >= 0.0 && place > kNotTissue ? depth_mm : FANLIGHT_NO_SURFACE;
 }
 
+// Adds the layer at position `edge` unless it is cut away.
+void add_layer_at(float edge, float height, float level, Ray ray, inout RayAccumulator accumulator) {
+  for (bool pending = edge >= 0.0; pending; pending = false) {
+    float t = rays.start + edge * ray.spacing;
+    bool kept = true;
+    for (bool due = has_cuts(); due; due = false) kept = !is_cut(ray.from + t * ray.forward);
+    for (bool due = kept; due; due = false) add_layer(accumulator, ray, t, height, level);
+  }
+}
+
 // The share that is left of the certainty of a surface at `at`: the beam showed only the side that it came
 // from. 1 up to 120 degrees between ray and beam, as in a view from the side of a fan, and 0 from 150 degrees
 // on. Frames without a known apex have parallel beams.
@@ -183,26 +198,29 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
   RayAccumulator accumulator = new_ray_accumulator();
   float surface_mm = FANLIGHT_NO_SURFACE;
   float certainty = 1.0;
-  float edges[kBatch];  // that ended in the last batch
-  [[unroll]] for (int slot = 0; slot < kBatch; ++slot) edges[slot] = -1.0;
-  float tried = -1.0;  // the last edge that is no surface
+  EdgesFound edges[kBatch];  // that ended in the last batch
+  [[unroll]] for (int slot = 0; slot < kBatch; ++slot) edges[slot] = EdgesFound(-1.0, -1.0, 0.0);
+  float tried = -1.0;  // the last edge that is no surface, or no other layer
+  float height = 0.0;  // of a layer
   float index = samples.first;
   bool done = false;
   // One iteration ends at an edge, or with the ray.
   while (!done) {
-    float edge = surface_mm >= 0.0 ? -1.0 : first_candidate(edges, tried, ray, shown);
+    bool behind = surface_mm >= 0.0;
+    bool seeks = !behind || kKeep == FANLIGHT_KEEP_LAYERS;
+    float edge = seeks ? first_candidate(edges, behind, tried, ray, shown, height) : -1.0;
     bool stops = edge >= 0.0;
     // One iteration is a run of segments, so that the next run is not searched in every batch.
     while (index < samples.end && !stops) {
       float run_end = kSkipping ? index : samples.end;
-      if (kSkipping && !detector.edge.pending) {
+      if (kSkipping && !is_pending(detector)) {
         SampleRun run = next_run(segment_mask, index, samples.end);
         restart_where(detector, run.first > index);
         index = run.first;
         run_end = run.end;
       }
       // A run continues where an edge is pending: its peak may lie in the next segment.
-      while (index < samples.end && !stops && (index < run_end || detector.edge.pending)) {
+      while (index < samples.end && !stops && (index < run_end || is_pending(detector))) {
         float batch[kBatch];
         samples_from(ray, index, batch);
         [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
@@ -215,13 +233,21 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
           index += 1.0;
         }
         shift_window(detector, batch);
-        edge = surface_mm >= 0.0 ? -1.0 : first_candidate(edges, tried, ray, shown);
-        stops = surface_mm >= 0.0 ? complete(accumulator) : edge >= 0.0;
+        edge = seeks ? first_candidate(edges, behind, tried, ray, shown, height) : -1.0;
+        stops = edge >= 0.0 || (behind && complete(accumulator));
       }
     }
-    edge = edge >= 0.0 || surface_mm >= 0.0 ? edge : candidate(last_edge(detector), tried, ray, shown);
-    surface_mm = max(surface_mm, depth_of(edge, ray, samples, shown, certainty));
+    for (bool ends = edge < 0.0 && seeks; ends; ends = false) {
+      edge = candidate(behind ? last_layer(detector) : last_edge(detector), tried, ray, shown);
+      height = detector.layer.peak;
+    }
+    if (kKeep == FANLIGHT_KEEP_LAYERS)
+      add_layer_at(behind ? edge : -1.0, height, detector.level, ray, accumulator);
     tried = max(tried, edge);
+    if (!behind) {
+      surface_mm = depth_of(edge, ray, samples, shown, certainty);
+      tried = surface_mm >= 0.0 ? tried + float(kOwnLayer) : tried;
+    }
     done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
   }
   certainty *= seen_by_beam(ray.from + surface_mm * ray.forward, ray.forward);

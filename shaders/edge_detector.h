@@ -20,22 +20,25 @@ const int kBatch = (kWindow + 3) / 4;
 // threshold, and so low that the interpolation of first_crossing() has no effect.
 const float kNoHeight = -1e9;
 
-// An edge above the threshold whose steepest position is still searched.
+// An edge above the threshold whose steepest position is still searched, or the last one.
 struct PendingEdge {
   bool pending;
-  float peak;    // greatest height so far
-  float index;   // its newest sample
-  float before;  // height one sample before the peak; negative: unknown
-  float after;   // height one sample after the peak; negative: unknown
+  float peak;         // greatest height so far
+  float index;        // its newest sample
+  float before;       // height one sample before the peak; negative: unknown
+  float after;        // height one sample after the peak; negative: unknown
+  float last_height;  // of the previous step, kNoHeight where its window was not full
 };
+
+const PendingEdge kNoEdge = PendingEdge(false, 0.0, 0.0, -1.0, -1.0, kNoHeight);
 
 struct EdgeDetector {
   float level;            // threshold of a height
   float window[kWindow];  // previous samples, oldest first, up to the beginning of the present batch
   float difference;       // sum of the newest half of the window - sum of the oldest half
   int scanned_samples;    // without a gap: the border of the fan is not an edge of tissue
-  float last_height;      // of the previous step, kNoHeight where its window was not full
   PendingEdge edge;
+  PendingEdge layer;  // with FANLIGHT_KEEP_LAYERS: the same of either sign
 };
 
 // A detector before its first sample. An output, not a return value: glslang accepts no initialiser with an
@@ -45,8 +48,12 @@ void start(out EdgeDetector detector) {
   [[unroll]] for (int slot = 0; slot < kWindow; ++slot) detector.window[slot] = 0.0;
   detector.difference = 0.0;
   detector.scanned_samples = 0;
-  detector.last_height = kNoHeight;
-  detector.edge = PendingEdge(false, 0.0, 0.0, -1.0, -1.0);
+  detector.edge = kNoEdge;
+  detector.layer = kNoEdge;
+}
+
+bool is_pending(EdgeDetector detector) {
+  return detector.edge.pending || (kKeep == FANLIGHT_KEEP_LAYERS && detector.layer.pending);
 }
 
 // Empties the window where `restarts`: samples were skipped. Called only without a pending edge.
@@ -56,7 +63,8 @@ void restart_where(inout EdgeDetector detector, bool restarts) {
   }
   detector.difference = restarts ? 0.0 : detector.difference;
   detector.scanned_samples = restarts ? 0 : detector.scanned_samples;
-  detector.last_height = restarts ? kNoHeight : detector.last_height;
+  detector.edge.last_height = restarts ? kNoHeight : detector.edge.last_height;
+  detector.layer.last_height = restarts ? kNoHeight : detector.layer.last_height;
 }
 
 // The position between the halves of the window whose newest sample is given.
@@ -78,45 +86,57 @@ float position_of(PendingEdge edge) {
 
 // Follows an edge to its steepest position. Returns the position where the edge ends with this step, else -1.
 // An edge ends where its height falls to half of its peak or to the threshold.
-float follow_edge(inout EdgeDetector detector, float height, bool full, bool crossed, float index) {
-  PendingEdge edge = detector.edge;
+float follow_edge(inout PendingEdge edge, float level, float height, bool full, float index) {
+  bool crossed = full && height > level && edge.last_height <= level;
   edge.after = index == edge.index + 1.0 && full ? height : edge.after;
-  bool ended = edge.pending && (!full || height <= max(detector.level, 0.5 * edge.peak));
+  bool ended = edge.pending && (!full || height <= max(level, 0.5 * edge.peak));
   float found = ended ? position_of(edge) : -1.0;
   crossed = crossed && !edge.pending;
   edge.pending = edge.pending && !ended;
   bool higher = crossed || (edge.pending && height > edge.peak);
   edge.peak = higher ? height : edge.peak;
   edge.index = higher ? index : edge.index;
-  edge.before = higher ? detector.last_height : edge.before;
+  edge.before = higher ? edge.last_height : edge.before;
   edge.after = higher ? -1.0 : edge.after;
   edge.pending = edge.pending || crossed;
-  detector.edge = edge;
+  edge.last_height = full ? height : kNoHeight;
   return found;
 }
 
-// The position where the threshold is crossed: interpolated between this step and the previous one.
-float first_crossing(EdgeDetector detector, float height, float index) {
-  float beyond = min((height - detector.level) / (height - detector.last_height), 1.0);
-  return middle_of_window(index) - beyond;
+// The position where the threshold is crossed with this step: interpolated between it and the previous one.
+// Else -1.
+float first_crossing(inout PendingEdge edge, float level, float height, bool full, float index) {
+  bool crossed = full && height > level && edge.last_height <= level;
+  float beyond = min((height - level) / (height - edge.last_height), 1.0);
+  edge.last_height = full ? height : kNoHeight;
+  return crossed ? middle_of_window(index) - beyond : -1.0;
 }
 
+// Edges that end with one step: positions, or -1.
+struct EdgesFound {
+  float surface;
+  float layer;         // of either sign, with FANLIGHT_KEEP_LAYERS
+  float layer_height;  // its peak
+};
+
 // Advances the detector by one sample. `slot` is the sample's number in the present batch, at most kHalf;
-// `value` is 0 where it was not `scanned`. Returns the position of an edge that is complete, else -1.
-float advance(inout EdgeDetector detector, int slot, float value, bool scanned, float index) {
+// `value` is 0 where it was not `scanned`.
+EdgesFound advance(inout EdgeDetector detector, int slot, float value, bool scanned, float index) {
   detector.scanned_samples = scanned ? detector.scanned_samples + 1 : 0;
   // One sample moves from the newest half to the oldest half, and one leaves the window.
   detector.difference += value - 2.0 * detector.window[slot + kHalf] + detector.window[slot];
   float height = kSign == 0 ? abs(detector.difference) : float(kSign) * detector.difference;
   bool full = detector.scanned_samples >= kWindow;
-  bool crossed = full && height > detector.level && detector.last_height <= detector.level;
-  float found = -1.0;
-  if (kPlace != FANLIGHT_PLACE_FIRST_CROSSING) {
-    found = follow_edge(detector, height, full, crossed, index);
+  EdgesFound found = EdgesFound(-1.0, -1.0, 0.0);
+  if (kPlace == FANLIGHT_PLACE_FIRST_CROSSING) {
+    found.surface = first_crossing(detector.edge, detector.level, height, full, index);
   } else {
-    found = crossed ? first_crossing(detector, height, index) : -1.0;
+    found.surface = follow_edge(detector.edge, detector.level, height, full, index);
   }
-  detector.last_height = full ? height : kNoHeight;
+  if (kKeep == FANLIGHT_KEEP_LAYERS) {
+    found.layer = follow_edge(detector.layer, detector.level, abs(detector.difference), full, index);
+    found.layer_height = detector.layer.peak;
+  }
   return found;
 }
 
@@ -133,6 +153,11 @@ void shift_window(inout EdgeDetector detector, float batch[kBatch]) {
 // The position of an edge that is still pending where the ray ends, else -1.
 float last_edge(EdgeDetector detector) {
   return kPlace != FANLIGHT_PLACE_FIRST_CROSSING && detector.edge.pending ? position_of(detector.edge) : -1.0;
+}
+
+// The same of a layer.
+float last_layer(EdgeDetector detector) {
+  return detector.layer.pending ? position_of(detector.layer) : -1.0;
 }
 
 #endif

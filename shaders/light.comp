@@ -44,6 +44,9 @@ vec3 surface_normal(ivec2 pixel, float depth) {
 float surface_certainty(ivec2 pixel) {
   return certainty_about(pixel);
 }
+vec3 pass1_layers(ivec2 pixel) {
+  return unpackUnorm4x8(pass1_colour(pixel)).rgb;
+}
 #include "surface_shade.h"
 
 vec3 colour_at(ivec2 pixel) {

@@ -73,6 +73,7 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   float exposure;         // factor of all light
   int film;               // 1: the film tone, 0: linear
 
+  float glass;            // 0: the surface is opaque, 1: it is glass (glass.h)
   int show;               // FANLIGHT_SHOW_..., inside the viewport
   int colours_from_left;  // outside it: shows the colours of the pixel this number of columns to the left
   float depth_white;      // depth map: the depth that is white, mm, and 1 / (depth of black - depth of white)

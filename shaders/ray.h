@@ -33,6 +33,13 @@ float exact(float value) {
   return floor(value * 524288.0 + 0.5) * (1.0 / 524288.0);
 }
 
+// The echo at any point, 0 to 1; negative where nothing was scanned. Rays are cut to the frames, but points
+// beside them are not.
+float echo_if_scanned(vec3 at) {
+  vec2 part = between_frames(vec2(0.0, 0.0), at, vec3(0.0));
+  return part.x <= part.y ? echo(at) : -1.0;
+}
+
 // The sample at depth t: 0 to 1, negative where the point on the ray was not scanned. With a window across
 // the ray, the mean over those of its points that were scanned.
 float sample_at(Ray ray, float t) {
@@ -43,10 +50,7 @@ float sample_at(Ray ray, float t) {
   float count = 0.0;
   [[dont_unroll]] for (int right = -kAcross; right <= kAcross; ++right) {
     [[dont_unroll]] for (int up = -kAcross; up <= kAcross; ++up) {
-      vec3 beside = at + float(right) * ray.across_right + float(up) * ray.across_up;
-      // The ray is cut to the frames, but its neighbours are not.
-      vec2 part = between_frames(vec2(0.0, 0.0), beside, vec3(0.0));
-      float value = part.x <= part.y ? echo(beside) : -1.0;
+      float value = echo_if_scanned(at + float(right) * ray.across_right + float(up) * ray.across_up);
       sum += max(value, 0.0);
       count += value >= 0.0 ? 1.0 : 0.0;
     }

@@ -11,7 +11,7 @@
 const float kOpaque = 0.997;
 
 struct RayAccumulator {
-  vec3 colour;    // composited, premultiplied by opacity
+  vec3 colour;    // composited, premultiplied by opacity; or the normals of layers (glass_layers.h)
   float opacity;  // 0 to 1
   float extreme;  // maximum or minimum, 0 to 1; outside that range before the first sample
   float sum;      // of samples, and their number: the mean
@@ -47,13 +47,17 @@ void accumulate(inout RayAccumulator ray, float value, bool shown) {
 
 // No further sample can change the colour.
 bool complete(RayAccumulator ray) {
-  return kKeep == FANLIGHT_KEEP_NOTHING || (kKeep == FANLIGHT_KEEP_COLOUR && ray.opacity >= kOpaque);
+  bool composites = kKeep == FANLIGHT_KEEP_COLOUR || kKeep == FANLIGHT_KEEP_LAYERS;
+  return kKeep == FANLIGHT_KEEP_NOTHING || (composites && ray.opacity >= kOpaque);
 }
 
 vec3 colour_of(RayAccumulator ray) {
   if (kKeep == FANLIGHT_KEEP_MAXIMUM) return vec3(max(ray.extreme, 0.0));
   if (kKeep == FANLIGHT_KEEP_MINIMUM) return vec3(ray.extreme > 1.0 ? 0.0 : ray.extreme);
   if (kKeep == FANLIGHT_KEEP_MEAN) return vec3(ray.sum / max(ray.count, 1.0));
+  // For pass 2, not to be shown: opacity, and the normal to the right and upwards (layers_about() in
+  // glass.h).
+  if (kKeep == FANLIGHT_KEEP_LAYERS) return vec3(ray.opacity, 0.5 + 0.5 * ray.colour.xy);
   return ray.colour;
 }
 

@@ -4,8 +4,10 @@
 // and soft_light.h expect, the constant kSoftLight, and
 //   vec3 surface_normal(ivec2 pixel, float depth)   normal_at(), or what was kept of it
 //   float surface_certainty(ivec2 pixel)            certainty_about(), or what was kept of it
+//   vec3 pass1_layers(ivec2 pixel)                  glass.h
 #ifndef FANLIGHT_SHADERS_SURFACE_SHADE_H
 #define FANLIGHT_SHADERS_SURFACE_SHADE_H
+#include "glass.h"
 #include "soft_light.h"
 #include "surface_light.h"
 
@@ -66,8 +68,12 @@ vec3 shade(ivec2 pixel, float depth) {
   vec3 everywhere = (lighting.ambient + rim) * soft.sky * lighting.light_colour;
   vec3 light = (everywhere + lighting.diffuse * matt) * lighting.material + lighting.specular * shine;
   float halves = max(depth - lighting.half_from, 0.0) * lighting.halves_per_mm;
-  vec3 seen = mix(kUncertainLight, 1.0, surface_certainty(pixel)) * exp2(-halves * kFalling);
-  return max(seen * light, lighting.haze);
+  light *= mix(kUncertainLight, 1.0, surface_certainty(pixel));
+  for (bool due = lighting.glass > 0.0; due; due = false) {
+    vec3 behind = layers_light(layers_about(pixel), at) * lighting.material;
+    light = mix(behind, light, glass_opacity(1.0 - away));
+  }
+  return max(light * exp2(-halves * kFalling), lighting.haze);
 }
 
 // Light to what a screen can show. Reinhard et al., "Photographic tone reproduction for digital images",

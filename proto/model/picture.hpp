@@ -26,7 +26,8 @@ struct SurfacePart {
   std::uint32_t top = 0;
   std::uint32_t width = 0;  ///< 0: the mode shows no surface
   std::uint32_t height = 0;
-  bool as_depth = false;  ///< shown as a depth map, not lit
+  bool as_depth = false;      ///< shown as a depth map, not lit
+  bool seen_through = false;  ///< shown as glass: depths alone do not make the picture
 
   bool operator==(const SurfacePart&) const = default;
 };

@@ -19,6 +19,7 @@ constexpr Look::Value kCommon[] = {{"mode", "surface"},
                                    {"detector.place", "level"},
                                    {"near.before_bone", "shown"},
                                    {"finish.colours", "none"},
+                                   {"glass.amount", "0"},
                                    {"fill_light.red", "1"},
                                    {"fill_light.green", "1"},
                                    {"fill_light.blue", "1"},
@@ -53,6 +54,9 @@ constexpr Look::Value kBonePreset[] = {{"detector.window_mm", "10"},
 // Where the echo falls: the near border of what is dark, such as a bladder, a cyst or a vessel.
 constexpr Look::Value kFluidPreset[] = {{"detector.sign", "bright-to-dark"}, {"finish.colours", "ice"}};
 
+// The outlines of a body of glass before a dark ground.
+constexpr Look::Value kSilhouettePreset[] = {{"glass.amount", "1"}, {"finish.exposure", "3.2"}};
+
 constexpr Look::Value kDepthPreset[] = {{"mode", "depth"}, {"finish.colours", "gold"}};
 
 constexpr Preset kPresets[] = {
@@ -63,6 +67,8 @@ constexpr Preset kPresets[] = {
     {"baby", "the surface in warm light before a far field that is darker and cooler", "skin", kBabyPreset},
     {"fluid", "the near border of fluid, such as a bladder or a cyst; crop or cut away what hides it",
      "clinical", kFluidPreset},
+    {"silhouette", "the surface as glass: its outlines, and those of what lies behind it", "skin",
+     kSilhouettePreset},
 };
 
 /// The values in the order in which they are set.

@@ -56,8 +56,13 @@ void limit(Scene& scene) {
   }
 }
 
+bool is_glass(const Scene& scene) {
+  return scene.glass.amount > 0 && (scene.mode == Mode::kSurface || scene.mode == Mode::kSlices);
+}
+
 FirstPass first_pass_changed(const Scene& from, const Scene& to) {
-  auto first = from.size == to.size ? FirstPass::kNone : FirstPass::kCast;
+  const bool same_rays = from.size == to.size && is_glass(from) == is_glass(to);
+  auto first = same_rays ? FirstPass::kNone : FirstPass::kCast;
   for (const SceneField& field : scene_fields()) {
     if (!field.same(from, to)) first = std::min(first, field.first_pass);
   }
@@ -69,6 +74,8 @@ Scene relit(const Scene& cast, const Scene& newest) {
   for (const SceneField& field : scene_fields()) {
     if (field.first_pass >= FirstPass::kFilter) field.copy(scene, newest);
   }
+  // Without the edges behind a surface it cannot be shown as glass.
+  if (is_glass(cast) != is_glass(scene)) scene.glass = cast.glass;
   return scene;
 }
 

@@ -243,6 +243,11 @@ struct Scene {
     double glow = 0;        ///< share of the light from behind that thin parts let through
   } material;
 
+  struct Glass {
+    double amount =
+        0;  ///< 0: opaque; 1: the surface and the edges behind it are seen by their outlines alone
+  } glass;
+
   struct Shadow {
     double coefficient = 0.3;  ///< fraction of the direct light that remains in a shadow; 1: no shadows
     double softness_mm = 15;   ///< radius of the light source; 0: hard shadows
@@ -330,6 +335,9 @@ inline constexpr int kMostDetectorWindow = 32;
 
 /// Whether the picture needs surfaces.
 bool finds_surface(Mode mode);
+
+/// Whether pass 1 keeps the edges behind the surface.
+bool is_glass(const Scene& scene);
 
 /// Distance of samples along a ray, mm: that of the scene, else the finest distance of pixels; in modes that
 /// need surfaces so that a detector's window in mm fits into the samples that a window may have.

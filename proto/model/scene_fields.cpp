@@ -390,6 +390,10 @@ const SceneField kFields[] = {
     row<MEMBER(material.glow)>("material.glow", "",
                                "share of the light from behind that thin parts let through", 0, 1, 0,
                                FirstPass::kLight),
+    row<MEMBER(glass.amount)>("glass.amount", "",
+                              "0: the surface is opaque; 1: it and the edges behind it are seen by their "
+                              "outlines, as of glass",
+                              0, 1, 0, FirstPass::kLight),
     row<MEMBER(shadow.coefficient)>("shadow.coefficient", "",
                                     "share of the light's own brightness left in a shadow; 1 casts none", 0,
                                     1, 0, FirstPass::kLight),

@@ -229,12 +229,14 @@ void set_segments(shaders::CastParameters& to, const Scene& scene) {
   // The table is linear between two levels.
   to.least_seen = static_cast<float>((first - 1) / kGreyLevels);
   to.greatest_seen = static_cast<float>((last + 1) / kGreyLevels);
-  to.across = scene.rays.window / 2;
+  // The direction of a layer is read from its neighbourhood (kGradientReach in shaders/glass_layers.h).
+  const int beside_layers = is_glass(scene) ? std::max(scene.detector.window / 4, 1) : 0;
+  to.across = std::max(scene.rays.window / 2, beside_layers);
 }
 
 /// What pass 1 accumulates along each ray.
-int accumulation(Mode mode) {
-  switch (mode) {
+int accumulation(const Scene& scene) {
+  switch (scene.mode) {
     case Mode::kVolume:
     case Mode::kSurfaceAndVolume:
       return FANLIGHT_KEEP_COLOUR;
@@ -245,7 +247,7 @@ int accumulation(Mode mode) {
     case Mode::kMean:
       return FANLIGHT_KEEP_MEAN;
     default:
-      return FANLIGHT_KEEP_NOTHING;
+      return is_glass(scene) ? FANLIGHT_KEEP_LAYERS : FANLIGHT_KEEP_NOTHING;
   }
 }
 
@@ -309,18 +311,19 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   to.sheet_below = static_cast<float>(scene.detector.sheet_below / kGreyLevels);
   to.least_tissue = static_cast<float>(scene.detector.least_tissue / kGreyLevels);
   to.least_contrast = static_cast<float>(scene.detector.least_contrast / kGreyLevels);
-  to.edge_sign = edge_sign(scene.detector.sign);
+  to.edge_sign = is_glass(scene) ? 0 : edge_sign(scene.detector.sign);
   set_segments(to, scene);
   return to;
 }
 
 CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping) {
   const int window = scene.detector.window;
-  const int kept = accumulation(scene.mode);
+  const int kept = accumulation(scene);
   const int frames = frames_of(geometry);
   // A mean or a minimum needs all samples of a ray.
   const bool skips =
-      skipping == Skipping::kOn && (kept == FANLIGHT_KEEP_NOTHING || kept == FANLIGHT_KEEP_COLOUR);
+      skipping == Skipping::kOn &&
+      (kept == FANLIGHT_KEEP_NOTHING || kept == FANLIGHT_KEEP_COLOUR || kept == FANLIGHT_KEEP_LAYERS);
   // Where frames are replaced one by one, the tiles that a frame can have changed are cast again.
   const bool replaces_frames = scene.refresh == Refresh::kFrame;
   const auto cast = [&](int tiles) {

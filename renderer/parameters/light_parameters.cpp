@@ -113,6 +113,7 @@ constexpr double kScatterReach = 2.3;
 void set_soft_light(shaders::LightParameters& to, const Scene& scene) {
   const double scatter_mm = scene.material.scatter_mm;
   to.rim = static_cast<float>(scene.light.rim);
+  to.glass = is_glass(scene) ? static_cast<float>(scene.glass.amount) : 0;
   to.exposure = static_cast<float>(scene.finish.exposure);
   to.film = scene.finish.tone == Tone::kFilm ? 1 : 0;
   if (!has_soft_light(scene)) return;

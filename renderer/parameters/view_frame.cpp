@@ -16,14 +16,15 @@ std::array<double, 3> to_array(const glm::dvec3& vector) {
   return {vector.x, vector.y, vector.z};
 }
 
-SurfacePart surface_part(Mode mode, const Viewport& port) {
-  const int shown = shown_by(mode);
+SurfacePart surface_part(const Scene& scene, const Viewport& port) {
+  const int shown = shown_by(scene.mode);
   if (shown == FANLIGHT_SHOW_COLOUR) return {};
   return {.left = port.left,
           .top = port.top,
           .width = port.width,
           .height = port.height,
-          .as_depth = shown == FANLIGHT_SHOW_DEPTH};
+          .as_depth = shown == FANLIGHT_SHOW_DEPTH,
+          .seen_through = is_glass(scene)};
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ PictureView picture_view(const Scene& scene, PictureSize size) {
           .mm_per_pixel_per_mm = widens ? port.pixel_mm / eye_mm : 0,
           .middle_column = port.centre_column(),
           .middle_row = port.centre_row(),
-          .part = surface_part(scene.mode, port)};
+          .part = surface_part(scene, port)};
 }
 
 }  // namespace fanlight

@@ -37,9 +37,11 @@ void put_pixels(v1::Picture& message, StreamSettings::Codec codec, std::span<con
   }
 }
 
-/// Whether a display with these settings is sent the surface of the picture.
+/// Whether a display with these settings is sent the surface of the picture: not where it could not make the
+/// picture from it.
 bool has_surface(const Picture& picture, const StreamSettings& settings) {
-  return settings.codec == StreamSettings::Codec::kSurface && picture.stamp.view.part.width > 0;
+  const SurfacePart& part = picture.stamp.view.part;
+  return settings.codec == StreamSettings::Codec::kSurface && part.width > 0 && !part.seen_through;
 }
 
 /// Describes a picture and its encoded pixels; without pixels where a display makes them from the surface.

@@ -60,6 +60,10 @@ Result<void> SharedPage::add(const Picture& picture) {
     return Error{ErrorCode::kInvalidArgument,
                  "the picture shows more than a surface, or none, expected the mode surface or depth"};
   }
+  if (part.seen_through) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "the surface is shown as glass, which a shared page cannot draw, expected glass.amount 0"};
+  }
   v1::Picture& added = *surfaces_.add_pictures();
   describe_shared(added, picture, static_cast<std::size_t>(surfaces_.pictures_size()));
   if (surfaces_.pictures_size() > 1) {

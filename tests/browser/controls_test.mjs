@@ -50,7 +50,7 @@ test("the controls in reach are few, and statistics come at a key", async () => 
     await viewer.firstPicture();
     await closeAdvanced(viewer);
     const visible = await viewer.page.locator("input:visible, select:visible, button:not(.banner *):visible").count();
-    assert.ok(visible <= 43, `${visible} controls at rest`);
+    assert.ok(visible <= 45, `${visible} controls at rest`);
     assert.equal(await viewer.page.locator("#statistics").isVisible(), false);
     await press(viewer, "i");
     assert.equal(await viewer.page.locator("#statistics").isVisible(), true);
@@ -142,6 +142,17 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     await press(viewer, "z");
 
     const slide = (field, value) => viewer.page.locator(`[data-quick="${field}"]`).fill(String(value));
+    const opaque = await viewer.greyLevels();
+    await click(viewer, '[data-preset="silhouette"]');
+    await viewer.changedFrom(opaque, 15, "the preset Silhouette");
+    assert.equal(await viewer.page.locator('[data-quick="glass.amount"]').inputValue(), "100");
+    await slide("glass.amount", 0);
+    await viewer.settled();
+    const clearer = await viewer.greyLevels();
+    await slide("glass.amount", 60);
+    await viewer.changedFrom(clearer, 5, "the slider of glass");
+    await click(viewer, '[data-preset="face"]');
+    assert.equal(await viewer.field("glass.amount"), 0);
     await slide("shadow.coefficient", 0);
     await slide("finish.exposure", 75);
     await slide("filter.size_mm", 25);

@@ -218,6 +218,7 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
                             OFFSET(LightParameters, haze),
                             OFFSET(LightParameters, exposure),
                             OFFSET(LightParameters, film),
+                            OFFSET(LightParameters, glass),
                             OFFSET(LightParameters, show),
                             OFFSET(LightParameters, colours_from_left),
                             OFFSET(LightParameters, depth_white),

@@ -376,6 +376,10 @@ SeededCase seeded_case(std::uint32_t seed) {
   if (lamps.one_in(8)) scene.mode = Mode::kTomography;
   scene.slice.plane = lamps.any_to(SlicePlane::kView);
   scene.slice.step_mm = lamps.between(0.5, 8);
+  if (Dice glass(seed + 8'000'000); glass.one_in(4)) {
+    scene.glass.amount = glass.between(0.1, 1);
+    if (glass.one_in(2)) scene.mode = Mode::kSurface;
+  }
   // Half of the bodies' contrast and less: what is shown is uncertain, or certain.
   scene.detector.least_contrast = dice.between(1, 25);
   return made;

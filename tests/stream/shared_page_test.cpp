@@ -69,6 +69,11 @@ TEST(SharedPage, RefusesWhatIsNoSurfaceAndWhatIsTooLarge) {
   const auto refused = page.add(beside);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  Picture glass = picture_of(32, 50, 1);
+  glass.stamp.view.part.seen_through = true;
+  const auto not_drawn = page.add(glass);
+  ASSERT_FALSE(not_drawn);
+  EXPECT_NE(not_drawn.error().message.find("glass.amount 0"), std::string::npos);
   std::mt19937 random(1);
   Picture rough = picture_of(1024, 50, 1);
   for (float& depth_mm : rough.depth_mm) depth_mm += static_cast<float>(random() % 1000) / 10;

@@ -11,6 +11,8 @@
 #include "tests/support/cpu_twin.hpp"
 #include "tests/support/twin_cuts.hpp"
 #include "tests/support/twin_echo.hpp"
+#include "tests/support/twin_edges.hpp"
+#include "tests/support/twin_layers.hpp"
 #include "tests/support/twin_place.hpp"
 #include "tests/support/twin_ray.hpp"
 
@@ -77,22 +79,6 @@ class RaySamples {
   dvec3 up_{};
 };
 
-/// The step in each full window of a run: the mean of its newest half - the mean of its oldest half, with the
-/// sign of the detector. `advance` in edge_detector.h computes the same as a difference of sums.
-std::vector<double> window_heights(const Scene::Detector& detector, const std::vector<double>& run) {
-  const std::size_t half = static_cast<std::size_t>(detector.window) / 2;
-  std::vector<double> heights;
-  for (std::size_t oldest = 0; oldest + 2 * half <= run.size(); ++oldest) {
-    double sum = 0;
-    for (std::size_t at = oldest; at < oldest + half; ++at) sum += run[at + half] - run[at];
-    const double step = sum / static_cast<double>(half);
-    heights.push_back(detector.sign == EdgeSign::kEither         ? std::abs(step)
-                      : detector.sign == EdgeSign::kDarkToBright ? step
-                                                                 : -step);
-  }
-  return heights;
-}
-
 /// The position where the threshold is crossed, in windows: interpolated between the first window that
 /// exceeds it and the previous one.
 double first_crossing(const std::vector<double>& heights, std::size_t first, double threshold) {
@@ -100,21 +86,6 @@ double first_crossing(const std::vector<double>& heights, std::size_t first, dou
   if (first == 0 || heights[first] <= heights[first - 1]) return position;
   return position -
          std::clamp((heights[first] - threshold) / (heights[first] - heights[first - 1]), 0.0, 1.0);
-}
-
-/// The position of the steepest window of the edge that begins with window `first` (`follow_edge` in
-/// edge_detector.h). Interpolated by the parabola through the peak and its neighbours (`peak_offset`).
-double steepest_position(const std::vector<double>& heights, std::size_t first, double threshold) {
-  std::size_t peak = first;
-  for (std::size_t at = first + 1; at < heights.size(); ++at) {
-    if (heights[at] <= std::max(threshold, heights[peak] / 2)) break;
-    if (heights[at] > heights[peak]) peak = at;
-  }
-  const double position = static_cast<double>(peak);
-  if (peak == 0 || peak + 1 == heights.size()) return position;
-  const double curvature = heights[peak - 1] - 2 * heights[peak] + heights[peak + 1];
-  if (curvature >= 0) return position;
-  return position + std::clamp(0.5 * (heights[peak - 1] - heights[peak + 1]) / curvature, -0.5, 0.5);
 }
 
 /// The first peak, interpolated, of which no later one has this share; -1 without one (`placed` in
@@ -178,7 +149,7 @@ std::vector<double> edge_positions(const Scene::Detector& detector, const std::v
     if (!crosses) continue;
     const double window = detector.place == SurfacePlace::kFirstCrossing
                               ? first_crossing(heights, at, threshold)
-                              : steepest_position(heights, at, threshold);
+                              : steepest_window(heights, at, threshold).position;
     positions.push_back(window + 0.5 * (detector.window - 1));  // middle_of_window() in edge_detector.h
   }
   return positions;
@@ -186,6 +157,7 @@ std::vector<double> edge_positions(const Scene::Detector& detector, const std::v
 
 struct FirstSurface {
   double depth_mm = kNoSurface;
+  double edge = 0;  // its position, in samples from the ray's first
   double certainty = -1;
 };
 
@@ -216,7 +188,7 @@ FirstSurface first_surface(const Scene::Detector& detector, const RaySamples& sa
       if (!place) continue;
       const double depth_mm = std::clamp(samples.depth_mm(place->position), shown.first_mm, shown.last_mm);
       if (is_cut(depth_mm)) continue;
-      return {.depth_mm = depth_mm, .certainty = place->certainty};
+      return {.depth_mm = depth_mm, .edge = first + position, .certainty = place->certainty};
     }
     run.clear();
   }
@@ -452,6 +424,15 @@ void cast_rays(const Scene& scene, PictureSize size, const Volume& prepared, Twi
       cast.certainty[pixel] = seen * surface.certainty;
       cast.colour[pixel] =
           accumulated_colour(scene, samples, values, shown, is_cut, step_of(scene, prepared.geometry()));
+      if (!is_glass(scene) || surface.depth_mm < 0) continue;
+      const LayeredRay layered{.scene = scene,
+                               .prepared = prepared,
+                               .ray = ray,
+                               .values = values,
+                               .depth_step_mm = samples.depth_step_mm(),
+                               .surface_edge = surface.edge};
+      cast.colour[pixel] =
+          twin_layers(layered, [&](double depth_mm) { return shown.holds(depth_mm) && !is_cut(depth_mm); });
     }
   }
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tests/support/cpu_twin.hpp"
+#include "tests/support/twin_layers.hpp"
 #include "tests/support/twin_map.hpp"
 
 namespace fanlight::test {
@@ -397,9 +398,10 @@ Rgb displayed(const Scene& scene, const dvec3& light) {
   return {shown(seen.x), shown(seen.y), shown(seen.z)};
 }
 
-/// Blinn-Phong, soft light, and the light on the rim. `certainty`: 0 to 1.
-Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const SoftLight* soft_light,
-               int column, int row) {
+/// Blinn-Phong, soft light, and the light on the rim; as glass, mixed with that of the layers behind
+/// (glass.h). `certainty`: 0 to 1. `layers`: of layers_about().
+Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const dvec3& layers,
+               const SoftLight* soft_light, int column, int row) {
   const Scene::Light& light = scene.light;
   const dvec3 point = relief.point(column, row);
   const dvec3 normal = relief.normal(column, row);
@@ -409,6 +411,7 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const
   const dvec3 material(linear_of(scene.material.red), linear_of(scene.material.green),
                        linear_of(scene.material.blue));
   dvec3 linear(0);
+  dvec3 behind(0);
   int index = 0;
   for (const Scene::Lamp& lamp : lamps_of(scene)) {
     const dvec3 to_light = to_light_from(scene, lamp, point);
@@ -422,16 +425,22 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const
     const dvec3 colour(linear_of(lamp.red), linear_of(lamp.green), linear_of(lamp.blue));
     linear +=
         lamp.strength * colour * (light.diffuse * material * matt + light.specular * highlight * direct);
+    const double half_lit = 0.5 * (layers.x + glm::dot(dvec2(layers.y, layers.z), dvec2(to_light)));
+    behind += lamp.strength * colour * light.diffuse * material * std::max(half_lit, 0.0);
     ++index;
   }
-  const double rim = light.rim * std::pow(1 - std::max(glm::dot(normal, relief.to_viewer(point)), 0.0), 3);
+  const double away = 1 - std::max(glm::dot(normal, relief.to_viewer(point)), 0.0);
+  const double rim = light.rim * std::pow(away, 3);
 
   const dvec3 everywhere(linear_of(light.red), linear_of(light.green), linear_of(light.blue));
   linear += everywhere * material * (light.ambient + rim) * soft.sky;
-  const double seen = std::lerp(0.3, 1.0, certainty);
+  linear *= std::lerp(0.3, 1.0, certainty);
+  behind += everywhere * material * light.ambient * layers.x;
+  if (is_glass(scene))
+    linear = glm::mix(behind, linear, std::lerp(1.0, std::pow(away, 3), scene.glass.amount));
   const double beyond_mm = std::max(relief.map().depth(column, row) - scene.camera.distance_mm, 0.0);
   const double halves = light.half_mm > 0 ? beyond_mm / light.half_mm : 0;
-  const auto kept = [&](double part, double falling) { return seen * part * std::exp2(-halves * falling); };
+  const auto kept = [&](double part, double falling) { return part * std::exp2(-halves * falling); };
   return displayed(scene, {kept(linear.x, 1.15), kept(linear.y, 1), kept(linear.z, 0.85)});
 }
 
@@ -461,8 +470,9 @@ std::vector<Rgb> twin_light(const std::vector<double>& smooth_mm, const std::vec
     } else if (scene.mode == Mode::kDepth) {
       shown[pixel] = depth_grey(scene.rays, smooth_mm[pixel]);
     } else {
-      shown[pixel] = lit_colour(scene, relief, certainty_about(certainty, size, scene, column, row),
-                                soft_light.get(), column, row);
+      shown[pixel] =
+          lit_colour(scene, relief, certainty_about(certainty, size, scene, column, row),
+                     layers_about(colour, size, scene, column, row), soft_light.get(), column, row);
     }
   });
   if (scene.mode == Mode::kSurfaceAndVolume) {

@@ -78,11 +78,13 @@ TEST(Scene, EveryFieldIsItsOwn) {
   std::set<std::string_view> names;
   for (const SceneField& field : scene_fields()) {
     EXPECT_TRUE(names.insert(field.name).second) << field.name;
-    Scene scene;
+    Scene before;
+    before.mode = Mode::kVolume;  // where the mode shows no glass, that field is as any other
+    Scene scene = before;
     change(scene, field);
-    EXPECT_EQ(changed(Scene{}, scene), std::set{field.name}) << "shares a member with another field";
-    EXPECT_EQ(first_pass_changed(Scene{}, scene), field.first_pass) << field.name;
-    Scene copied;
+    EXPECT_EQ(changed(before, scene), std::set{field.name}) << "shares a member with another field";
+    EXPECT_EQ(first_pass_changed(before, scene), field.first_pass) << field.name;
+    Scene copied = before;
     field.copy(copied, scene);
     EXPECT_EQ(changed(scene, copied).size(), 0U) << field.name << " is not copied";
   }
@@ -204,18 +206,39 @@ TEST(Scene, RunsTheEarliestPassThatAChangeNeeds) {
 }
 
 TEST(Scene, IsRelitWithWhatPasses2And3AloneRead) {
-  Scene newest;
+  Scene cast;
+  cast.mode = Mode::kVolume;  // glass is not shown
+  Scene newest = cast;
   std::set<std::string_view> expected;
   for (const SceneField& field : scene_fields()) {
     change(newest, field);
     if (field.first_pass >= FirstPass::kFilter) expected.insert(field.name);
   }
-  const Scene scene = relit(Scene{}, newest);
-  EXPECT_EQ(changed(Scene{}, scene), expected);
+  const Scene scene = relit(cast, newest);
+  EXPECT_EQ(changed(cast, scene), expected);
   for (const SceneField& field : scene_fields()) {
-    EXPECT_TRUE(field.same(scene, expected.contains(field.name) ? newest : Scene{})) << field.name;
+    EXPECT_TRUE(field.same(scene, expected.contains(field.name) ? newest : cast)) << field.name;
   }
-  EXPECT_GE(first_pass_changed(Scene{}, scene), FirstPass::kFilter);
+  EXPECT_GE(first_pass_changed(cast, scene), FirstPass::kFilter);
+}
+
+TEST(Scene, CastsRaysToBecomeGlassAndToBecomeOpaque) {
+  const Scene opaque;
+  Scene clear;
+  clear.glass.amount = 1;
+  Scene half = clear;
+  half.glass.amount = 0.5;
+  EXPECT_EQ(first_pass_changed(clear, half), FirstPass::kLight);
+  EXPECT_EQ(relit(clear, half).glass.amount, 0.5);
+  // Pass 1 keeps the edges behind the surface for glass alone.
+  EXPECT_EQ(first_pass_changed(opaque, clear), FirstPass::kCast);
+  EXPECT_EQ(first_pass_changed(clear, opaque), FirstPass::kCast);
+  EXPECT_EQ(relit(opaque, clear).glass.amount, 0);
+  EXPECT_EQ(relit(clear, opaque).glass.amount, 1);
+  // Where the mode shows no glass, it does not matter.
+  for (Scene* const scene : {&clear, &half}) scene->mode = Mode::kSurfaceAndVolume;
+  EXPECT_FALSE(is_glass(clear));
+  EXPECT_EQ(relit(clear, half).glass.amount, 0.5);
 }
 
 /// A fan 16 cm deep and wide.

@@ -33,6 +33,7 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   back_light: [kSurfaceShown],
   material: [kSurfaceShown],
   shadow: [kSurfaceShown],
+  glass: [["mode", "is", "surface", "slices"]],
   rays: [["mode", "is not", "slice", "tomography"]],
   transfer: [["mode", "is", "volume", "surface-and-volume"]],
   slice: [["mode", "is", "slice", "slices", "tomography"]],

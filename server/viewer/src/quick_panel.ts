@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings in reach: presets, panes, four sliders, views, the search among the others; undo and redo.
+// The settings in reach: presets, panes, five sliders, views, the search among the others; undo and redo.
 import { Role, type Hello, type Picture, type PresetList } from "../generated/fanlight_pb.js";
 import { find } from "./element";
 import { sameCuts } from "./cut_shapes";

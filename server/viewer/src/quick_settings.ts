@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The four sliders in reach: threshold, smooth, brightness, shadow. Each shows a percentage, or grey levels, that is
+// The five sliders in reach: threshold, smooth, brightness, shadow, glass. Each shows a percentage, or grey levels, that is
 // converted to a field of the scene.
 import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { element } from "./element";
@@ -52,6 +52,14 @@ export const kQuick: readonly Quick[] = [
     unit: "%",
     toField: (percent) => tidy(1 - percent / 100),
     toShown: (coefficient) => 100 * (1 - coefficient),
+  },
+  {
+    field: "glass.amount",
+    title: "Glass",
+    help: "How far the surface is seen through: at 0 % it is opaque, at 100 % only outlines are seen",
+    unit: "%",
+    toField: (percent) => tidy(percent / 100),
+    toShown: (amount) => 100 * amount,
   },
 ];
 

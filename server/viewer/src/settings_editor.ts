@@ -40,7 +40,8 @@ export class SettingsEditor {
   start(fields: readonly SceneField[], revision: bigint, values: Values): void {
     this.forget();
     this.choices = new Map(fields.map((field) => [field.name, field.choices]));
-    const makesDepths = ({ name, castsRays }: SceneField) => castsRays || name.startsWith("filter.");
+    // As glass the server sends pictures; a surface that was kept is opaque.
+    const makesDepths = ({ name, castsRays }: SceneField) => castsRays || /^(filter|glass)\./.test(name);
     this.castFields = fields.filter(makesDepths).map(({ name }) => name);
     this.castFields = this.castFields.filter((name) => !name.startsWith("camera."));
     this.running = true;

@@ -37,6 +37,7 @@ const kGroups = new Map([
   ["fill_light", "Fill light"],
   ["back_light", "Back light"],
   ["material", "Surface colour"],
+  ["glass", "Glass"],
   ["shadow", "Shadow"],
   ["finish", "Finish"],
   ["camera", "Camera"],
