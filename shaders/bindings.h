@@ -122,7 +122,7 @@
 #define FANLIGHT_KEEP_MAXIMUM 2
 #define FANLIGHT_KEEP_MINIMUM 3
 #define FANLIGHT_KEEP_MEAN 4
-#define FANLIGHT_KEEP_LAYERS 5  // the edges behind the surface (layers.h)
+#define FANLIGHT_KEEP_LAYERS 5  // the edges behind the surface (glass_layers.h)
 
 // What a column of a frame is, and what grey level 0 means; see FanGeometry.
 #define FANLIGHT_FRAMES_PARALLEL 0  // columns are parallel

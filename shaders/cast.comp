@@ -138,7 +138,7 @@ float shown_depth(float place, Ray ray, vec2 shown) {
 // Whether a sample counts that the accumulator gets.
 bool is_kept(float t, Ray ray, vec2 shown, bool scanned) {
   bool kept = scanned && t >= shown.x && t <= shown.y;
-  if (kKeep != FANLIGHT_KEEP_NOTHING) {
+  if (kKeep != FANLIGHT_KEEP_NOTHING && kKeep != FANLIGHT_KEEP_LAYERS) {
     for (bool due = kept && has_cuts(); due; due = false) kept = !is_cut(ray.from + t * ray.forward);
   }
   return kept;

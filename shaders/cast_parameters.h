@@ -105,7 +105,8 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float sheet_below;     // FANLIGHT_PLACE_LEVEL: of a thin bright sheet's front, below its peak, 0 to 1
   float least_tissue;    // FANLIGHT_PLACE_LEVEL: what is darker behind an edge is no tissue, 0 to 1
   float least_contrast;  // what differs by less at an edge is no surface, 0 to 1
-  int edge_sign;         // edges that are surfaces: +1 dark to bright, -1 bright to dark, 0 either
+  // Edges that are looked for: +1 dark to bright, -1 bright to dark, 0 either, as behind a surface of glass.
+  int edge_sign;
 
   // The rays of a tile are divided into segments of 1 << segment_shift samples. Grey levels outside
   // least_seen to greatest_seen, 0 to 1, are transparent.
@@ -113,6 +114,7 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float least_seen;
   float greatest_seen;
   int across;  // radius of the window across a ray, in steps
+  int beside;  // how far from a ray its result may depend on echoes, in steps; at least `across`
 
   uint first_tile;  // first tile of the band
 

@@ -39,6 +39,10 @@ layout(binding = FANLIGHT_BINDING_DIRTY_TILES, scalar) buffer TileList {
 // A copy of the parameters: read once, not in each iteration.
 CastParameters rays;
 #include "angle_table.h"
+
+int steps_beside_ray() {
+  return rays.beside;
+}
 #include "tile_bounds.h"
 
 // Samples of the cell interpolate a replaced frame.

@@ -33,6 +33,11 @@ layout(binding = FANLIGHT_BINDING_SEGMENT_MASKS, scalar) writeonly buffer Segmen
 // A copy of the parameters: read once, not in each iteration.
 CastParameters rays;
 #include "angle_table.h"
+
+// What decides on edges. The direction of a layer is read from farther, once its edge is found.
+int steps_beside_ray() {
+  return rays.across;
+}
 #include "blocks.h"
 #include "tile_bounds.h"
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A surface as glass: what lies behind it is seen by its outlines (renderer/ALGORITHM.md, glass). The
 // includer has included surface_light.h, and declared
-//   vec4 pass1_layers(ivec2 pixel)   the colours of pass 1, unpacked: what colour_of() in ray_accumulator.h
+//   vec3 pass1_layers(ivec2 pixel)   the colours of pass 1, unpacked: what colour_of() in ray_accumulator.h
 //   gives
 #ifndef FANLIGHT_SHADERS_GLASS_H
 #define FANLIGHT_SHADERS_GLASS_H
+
+// Outlines alone send less light than a surface: the picture keeps about its brightness.
+const float kGlassGain = 1.8;
 
 // The layers behind a pixel, composited front to back.
 struct Layers {
@@ -21,7 +24,8 @@ Layers layers_about(ivec2 pixel) {
     for (int right = -1; right <= 1; ++right) {
       vec3 kept = pass1_layers(clamp(pixel + ivec2(right, down), first, last));
       float weight = float((2 - abs(right)) * (2 - abs(down))) / 16.0;
-      sum += weight * vec3(kept.x, kept.x > 0.0 ? 2.0 * kept.yz - 1.0 : vec2(0.0));
+      float opacity = kept.x * kept.x;
+      sum += weight * opacity * vec3(1.0, (255.0 * kept.yz - 128.0) / 127.0);
     }
   }
   return Layers(sum.x, sum.yz);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The edges behind the surface, for a surface as glass (renderer/ALGORITHM.md, glass). The includer has
-// included edge_detector.h, ray.h and ray_accumulator.h.
+// The edges behind the surface, for a surface as glass (renderer/ALGORITHM.md, layers). The includer has
+// included fan_volume.h, and declared what edge_detector.h, ray.h and ray_accumulator.h expect.
 //
 // Front to back, with opacity a and outward normal n of an edge: A += (1 - A) a, N += (1 - A) a n.
 #ifndef FANLIGHT_SHADERS_GLASS_LAYERS_H
 #define FANLIGHT_SHADERS_GLASS_LAYERS_H
+#include "edge_detector.h"
+#include "ray.h"
+#include "ray_accumulator.h"
 
 // Opacity of an edge that the ray meets at a right angle, as a share of that of one that it grazes.
 const float kFaceOn = 0.03;

@@ -55,9 +55,12 @@ vec3 colour_of(RayAccumulator ray) {
   if (kKeep == FANLIGHT_KEEP_MAXIMUM) return vec3(max(ray.extreme, 0.0));
   if (kKeep == FANLIGHT_KEEP_MINIMUM) return vec3(ray.extreme > 1.0 ? 0.0 : ray.extreme);
   if (kKeep == FANLIGHT_KEEP_MEAN) return vec3(ray.sum / max(ray.count, 1.0));
-  // For pass 2, not to be shown: opacity, and the normal to the right and upwards (layers_about() in
-  // glass.h).
-  if (kKeep == FANLIGHT_KEEP_LAYERS) return vec3(ray.opacity, 0.5 + 0.5 * ray.colour.xy);
+  // For pass 2, not to be shown (layers_about() in glass.h): the root of the opacity, since a faint layer has
+  // few levels of 255; and the mean normal to the right and upwards, of which 128 levels are 0.
+  if (kKeep == FANLIGHT_KEEP_LAYERS) {
+    vec2 normal = ray.colour.xy / max(ray.opacity, 1e-6);
+    return vec3(sqrt(ray.opacity), (128.0 + 127.0 * normal) / 255.0);
+  }
   return ray.colour;
 }
 

@@ -4,10 +4,12 @@
 // and soft_light.h expect, the constant kSoftLight, and
 //   vec3 surface_normal(ivec2 pixel, float depth)   normal_at(), or what was kept of it
 //   float surface_certainty(ivec2 pixel)            certainty_about(), or what was kept of it
-//   vec3 pass1_layers(ivec2 pixel)                  glass.h
+//   vec3 pass1_layers(ivec2 pixel)                  glass.h; not in web/, where a surface is never glass
 #ifndef FANLIGHT_SHADERS_SURFACE_SHADE_H
 #define FANLIGHT_SHADERS_SURFACE_SHADE_H
+#ifndef FANLIGHT_WEB
 #include "glass.h"
+#endif
 #include "soft_light.h"
 #include "surface_light.h"
 
@@ -57,7 +59,10 @@ vec3 shade(ivec2 pixel, float depth) {
     float facing = max(dot(normal, to_light), 0.0);
     float highlight = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), lighting.shininess) : 0.0;
     float direct = kSoftLight ? soft.direct[lamp] : direct_light(at, depth, facing, lamp);
-    vec3 entered = mix(vec3(facing * direct), vec3(soft.scattered[lamp]), lighting.scattered);
+    // Glass throws no shadow, and light does not spread under its surface.
+    direct = mix(direct, 1.0, lighting.glass);
+    vec3 spread = (1.0 - lighting.glass) * lighting.scattered;
+    vec3 entered = mix(vec3(facing * direct), vec3(soft.scattered[lamp]), spread);
     matt += lighting.lamp_colours[lamp] * entered;
     shine += lighting.lamp_colours[lamp] * highlight * direct;
   }
@@ -69,10 +74,12 @@ vec3 shade(ivec2 pixel, float depth) {
   vec3 light = (everywhere + lighting.diffuse * matt) * lighting.material + lighting.specular * shine;
   float halves = max(depth - lighting.half_from, 0.0) * lighting.halves_per_mm;
   light *= mix(kUncertainLight, 1.0, surface_certainty(pixel));
+#ifndef FANLIGHT_WEB
   for (bool due = lighting.glass > 0.0; due; due = false) {
     vec3 behind = layers_light(layers_about(pixel), at) * lighting.material;
-    light = mix(behind, light, glass_opacity(1.0 - away));
+    light = mix(1.0, kGlassGain, lighting.glass) * mix(behind, light, glass_opacity(1.0 - away));
   }
+#endif
   return max(light * exp2(-halves * kFalling), lighting.haze);
 }
 

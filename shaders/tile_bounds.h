@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounds the samples of all rays of a tile, one segment at a time, for empty_space.comp and
 // dirty_tiles.comp. The bounds are conservative: no sample of the segment lies outside. The includer has
-// declared the parameters as `rays` and included angle_table.h. Points are in the transducer frame, mm
+// declared the parameters as `rays`, included angle_table.h, and declared
+//   int steps_beside_ray()   how far beside a ray echoes count
+// Points are in the transducer frame, mm
 // (fan_volume.h).
 #ifndef FANLIGHT_SHADERS_TILE_BOUNDS_H
 #define FANLIGHT_SHADERS_TILE_BOUNDS_H
@@ -82,8 +84,7 @@ float reach_along(Cell cell, vec3 direction) {
     float aside = abs(dot(line.first + cell.index * line.step, direction));
     reach = max(reach, aside + cell.half_length * abs(dot(cell.tile.middle.step + line.step, direction)));
   }
-  float across =
-      1.5 * float(rays.across) * rays.step;  // window across the ray: more than half of its diagonal
+  float across = 1.5 * float(steps_beside_ray()) * rays.step;  // of a square: more than half of its diagonal
   return (kSlackFactor + cell.tile.widening) * (reach + across) + kSlackMm;
 }
 

@@ -54,8 +54,8 @@ constexpr Look::Value kBonePreset[] = {{"detector.window_mm", "10"},
 // Where the echo falls: the near border of what is dark, such as a bladder, a cyst or a vessel.
 constexpr Look::Value kFluidPreset[] = {{"detector.sign", "bright-to-dark"}, {"finish.colours", "ice"}};
 
-// The outlines of a body of glass before a dark ground.
-constexpr Look::Value kSilhouettePreset[] = {{"glass.amount", "1"}, {"finish.exposure", "3.2"}};
+// The outlines of a body of glass before a dark ground. Tissue before a skull would lie over it as a fog.
+constexpr Look::Value kSilhouettePreset[] = {{"glass.amount", "1"}, {"near.before_bone", "removed"}};
 
 constexpr Look::Value kDepthPreset[] = {{"mode", "depth"}, {"finish.colours", "gold"}};
 

@@ -391,8 +391,8 @@ const SceneField kFields[] = {
                                "share of the light from behind that thin parts let through", 0, 1, 0,
                                FirstPass::kLight),
     row<MEMBER(glass.amount)>("glass.amount", "",
-                              "0: the surface is opaque; 1: it and the edges behind it are seen by their "
-                              "outlines, as of glass",
+                              "0: the surface is opaque; 1: it is glass, and shows the outlines of what "
+                              "lies behind it; in the modes surface and slices",
                               0, 1, 0, FirstPass::kLight),
     row<MEMBER(shadow.coefficient)>("shadow.coefficient", "",
                                     "share of the light's own brightness left in a shadow; 1 casts none", 0,

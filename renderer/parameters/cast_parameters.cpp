@@ -229,9 +229,10 @@ void set_segments(shaders::CastParameters& to, const Scene& scene) {
   // The table is linear between two levels.
   to.least_seen = static_cast<float>((first - 1) / kGreyLevels);
   to.greatest_seen = static_cast<float>((last + 1) / kGreyLevels);
+  to.across = scene.rays.window / 2;
   // The direction of a layer is read from its neighbourhood (kGradientReach in shaders/glass_layers.h).
   const int beside_layers = is_glass(scene) ? std::max(scene.detector.window / 4, 1) : 0;
-  to.across = std::max(scene.rays.window / 2, beside_layers);
+  to.beside = std::max(to.across, beside_layers);
 }
 
 /// What pass 1 accumulates along each ray.

@@ -113,7 +113,9 @@ constexpr double kScatterReach = 2.3;
 void set_soft_light(shaders::LightParameters& to, const Scene& scene) {
   const double scatter_mm = scene.material.scatter_mm;
   to.rim = static_cast<float>(scene.light.rim);
-  to.glass = is_glass(scene) ? static_cast<float>(scene.glass.amount) : 0;
+  // In equal steps to the eye: most of the light that comes through is seen at once.
+  const double skin = is_glass(scene) ? 1 - scene.glass.amount : 1;
+  to.glass = static_cast<float>(1 - skin * skin);
   to.exposure = static_cast<float>(scene.finish.exposure);
   to.film = scene.finish.tone == Tone::kFilm ? 1 : 0;
   if (!has_soft_light(scene)) return;

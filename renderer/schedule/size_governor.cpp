@@ -105,8 +105,10 @@ std::optional<PictureSize> SizeGovernor::fine() const {
   const double light_ms = light_ms_per_pixel_ * static_cast<double>(usual_.pixels());
   const double quickly_lit =
       light_ms > 0 ? std::sqrt(kMostLightMs / light_ms) : factor_into(usual_, largest_);
-  const double factor =
-      std::max(factor_to(wanted_.of_surfaces), std::min(factor_to(wanted_.of_pictures), quickly_lit));
+  // Displays do not light glass themselves.
+  const double of_surfaces = factor_to(wanted_.of_surfaces);
+  const double factor = std::max(is_glass(scene_) ? std::min(of_surfaces, quickly_lit) : of_surfaces,
+                                 std::min(factor_to(wanted_.of_pictures), quickly_lit));
   if (factor < kLeastGain) return std::nullopt;
   return scaled(usual_, factor);
 }

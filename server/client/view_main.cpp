@@ -45,10 +45,10 @@ constexpr std::uint32_t kMostSide = 4096;
 
 // On one line of the window.
 constexpr const char* kKeys =
-    "Space freeze · , . step · 1 2 4 9 panes · F1-F6 presets · drag turn · right drag light · wheel zoom · "
+    "Space freeze · , . step · 1 2 4 9 panes · F1-F7 presets · drag turn · right drag light · wheel zoom · "
     "+ - threshold · R reset · F full screen · Q quit";
 constexpr const char* kKeysHelp =
-    "Keys: Space freeze; , . step; 1 2 4 9 panes; F1 to F6 presets; + - threshold;\n"
+    "Keys: Space freeze; , . step; 1 2 4 9 panes; F1 to F7 presets; + - threshold;\n"
     "R reset; F full screen; Q quit. Drag to turn, with the right button to move the\n"
     "light; the wheel zooms.";
 
@@ -253,6 +253,7 @@ class View {
       case SDLK_F4:
       case SDLK_F5:
       case SDLK_F6:
+      case SDLK_F7:
         return state_->preset(key - SDLK_F1);
       case SDLK_PLUS:
       case SDLK_KP_PLUS:

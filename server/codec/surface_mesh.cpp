@@ -109,15 +109,18 @@ class Mesher {
     const double depth_mm = picture_.depth_mm[pixel];
     const double right =
         (static_cast<double>(pixel % picture_.width) - view_.middle_column) * pixel_mm(depth_mm);
-    const double down = (static_cast<double>(pixel / picture_.width) - view_.middle_row) * pixel_mm(depth_mm);
+    const std::size_t row = pixel / picture_.width;
+    const double down = (static_cast<double>(row) - view_.middle_row) * pixel_mm(depth_mm);
     std::array<float, 3> at{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       at[axis] = static_cast<float>(view_.origin_mm[axis] + depth_mm * view_.forward[axis] +
                                     right * view_.right[axis] + down * view_.down[axis]);
     }
     mesh_.points_mm.push_back(at);
-    mesh_.colours.push_back(
-        {picture_.rgba[4 * pixel], picture_.rgba[4 * pixel + 1], picture_.rgba[4 * pixel + 2]});
+    // The picture of glass has the colours of what lies behind.
+    constexpr std::array<std::uint8_t, 3> kPlain{200, 200, 200};
+    const std::uint8_t* const rgba = &picture_.rgba[4 * pixel];
+    mesh_.colours.push_back(view_.part.seen_through ? kPlain : std::array{rgba[0], rgba[1], rgba[2]});
     normal_sums_.emplace_back();
     return index_[pixel];
   }

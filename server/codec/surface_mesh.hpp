@@ -17,7 +17,7 @@ namespace fanlight {
 struct SurfaceMesh {
   std::vector<std::array<float, 3>> points_mm;
   std::vector<std::array<float, 3>> normals;            ///< unit, towards the camera; of each point
-  std::vector<std::array<std::uint8_t, 3>> colours;     ///< sRGB, as lit; of each point
+  std::vector<std::array<std::uint8_t, 3>> colours;     ///< sRGB, as lit, grey of glass; of each point
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise as seen by the camera
 };
 

@@ -42,10 +42,12 @@ Result<void> take_loss(const nlohmann::json& json, StillRequest& still) {
   const auto method = json.is_object() ? json.value("method", nlohmann::json()) : nlohmann::json();
   const auto ratio = json.is_object() ? json.value("ratio", nlohmann::json()) : nlohmann::json();
   const bool is_known = method == "jpeg" || method == "h264";
-  if (!is_known || !ratio.is_number() || ratio.get<double>() < 1 || json.size() != 2)
-    return wrong(R"(lossy is of another form, expected {"method": "jpeg" or "h264", "ratio": 1 or more})");
+  constexpr double kMostRatio = 100'000;  // DICOM keeps it in 16 characters
+  const double value = ratio.is_number() ? ratio.get<double>() : 0;
+  if (!is_known || value < 1 || value > kMostRatio || json.size() != 2)
+    return wrong(R"(lossy is of another form, expected {"method": "jpeg" or "h264", "ratio": 1 to 100000})");
   still.lossy_method = method == "jpeg" ? "ISO_10918_1" : "ISO_14496_10";
-  still.lossy_ratio = ratio.get<double>();
+  still.lossy_ratio = value;
   return {};
 }
 

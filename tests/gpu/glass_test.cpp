@@ -23,6 +23,7 @@ constexpr const char* kCystCutAway = "balls 16 at 0 60 0";
 
 std::vector<double> fan_angles() {
   std::vector<double> angles_rad;
+  angles_rad.reserve(61);
   for (int frame = 0; frame < 61; ++frame) angles_rad.push_back(radians(frame - 30.0));
   return angles_rad;
 }

@@ -132,6 +132,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, least_seen),
                             OFFSET(CastParameters, greatest_seen),
                             OFFSET(CastParameters, across),
+                            OFFSET(CastParameters, beside),
                             OFFSET(CastParameters, first_tile),
                             OFFSET(CastParameters, slab_samples),
                             OFFSET(CastParameters, slab_step),

@@ -410,6 +410,7 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const
   const dvec3 share = scene.material.scatter_mm > 0 ? dvec3(0.9, 0.6, 0.45) : dvec3(0);
   const dvec3 material(linear_of(scene.material.red), linear_of(scene.material.green),
                        linear_of(scene.material.blue));
+  const double glass = is_glass(scene) ? 1 - std::pow(1 - scene.glass.amount, 2) : 0;
   dvec3 linear(0);
   dvec3 behind(0);
   int index = 0;
@@ -419,9 +420,10 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const
     const double facing = std::max(glm::dot(normal, to_light), 0.0);
     const double highlight =
         facing > 0 ? std::pow(std::max(glm::dot(normal, halfway), 0.0), light.shininess) : 0;
-    const double direct =
+    const double shadowed =
         soft_light != nullptr ? soft.direct[index] : direct_light(scene, lamp, relief, column, row, facing);
-    const dvec3 matt = glm::mix(dvec3(facing * direct), dvec3(soft.scattered[index]), share);
+    const double direct = std::lerp(shadowed, 1.0, glass);
+    const dvec3 matt = glm::mix(dvec3(facing * direct), dvec3(soft.scattered[index]), (1 - glass) * share);
     const dvec3 colour(linear_of(lamp.red), linear_of(lamp.green), linear_of(lamp.blue));
     linear +=
         lamp.strength * colour * (light.diffuse * material * matt + light.specular * highlight * direct);
@@ -436,8 +438,8 @@ Rgb lit_colour(const Scene& scene, const Relief& relief, double certainty, const
   linear += everywhere * material * (light.ambient + rim) * soft.sky;
   linear *= std::lerp(0.3, 1.0, certainty);
   behind += everywhere * material * light.ambient * layers.x;
-  if (is_glass(scene))
-    linear = glm::mix(behind, linear, std::lerp(1.0, std::pow(away, 3), scene.glass.amount));
+  if (glass > 0)
+    linear = std::lerp(1.0, 1.8, glass) * glm::mix(behind, linear, std::lerp(1.0, std::pow(away, 3), glass));
   const double beyond_mm = std::max(relief.map().depth(column, row) - scene.camera.distance_mm, 0.0);
   const double halves = light.half_mm > 0 ? beyond_mm / light.half_mm : 0;
   const auto kept = [&](double part, double falling) { return part * std::exp2(-halves * falling); };

@@ -195,6 +195,13 @@ TEST_F(SizeGovernorTest, APictureThatTheServerLightsIsLitSoon) {
               SizeGovernor::kMostLightMs / (light_share_ * usual_ms_), 0.05);
   governor_.want({.of_surfaces = kShown, .of_pictures = kMost});
   EXPECT_EQ(size(), kFine) << "a display that lights it itself waits for no light";
+  scene_.scene.glass.amount = 0.5;
+  governor_.scene_came(scene_, now_ns_);
+  volume();
+  pass_ms(1000);
+  EXPECT_EQ(size(), limited) << "the server lights glass for all";
+  scene_.scene.glass.amount = 0;
+  governor_.scene_came(scene_, now_ns_);
   light_share_ = 0.6;  // a light of 120 ms
   governor_.want({.of_surfaces = {}, .of_pictures = kMost});
   volume();

@@ -244,7 +244,8 @@ TEST_F(StillQueueTest, SaysWhetherThePictureHasLostSomething) {
   ASSERT_TRUE(add(body.dump()));
   for (const json& wrong :
        {json("jpeg"), json({{"method", "jpeg"}}), json({{"method", "gif"}, {"ratio", 2}}),
-        json({{"method", "jpeg"}, {"ratio", 0}}), json({{"method", "jpeg"}, {"ratio", "2"}})}) {
+        json({{"method", "jpeg"}, {"ratio", 0}}), json({{"method", "jpeg"}, {"ratio", "2"}}),
+        json({{"method", "jpeg"}, {"ratio", 1e300}})}) {
     body["lossy"] = wrong;
     EXPECT_FALSE(add(body.dump())) << wrong;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The five sliders in reach: threshold, smooth, brightness, shadow, glass. Each shows a percentage, or grey levels, that is
-// converted to a field of the scene.
+// The five sliders in reach: threshold, smooth, brightness, shadow, glass. Each shows a percentage, or grey levels, that
+// is converted to a field of the scene.
 import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { element } from "./element";
 import type { FieldEffects } from "./field_effects";

@@ -13,7 +13,7 @@ const kSynonyms: Readonly<Record<string, string>> = {
   magicut: "scalpel",
   transparency: "opacity",
   transparent: "opacity",
-  glass: "opacity",
+  silhouette: "glass",
   brightness: "exposure",
   contrast: "exposure",
   zoom: "field",
