@@ -12,7 +12,8 @@ double other_value(const SceneField& field, const Scene& scene) {
   return field.get(scene) == field.maximum ? field.minimum : field.maximum;
 }
 
-FigureRow relit_row(const std::string& name, DepthRig& rig, const Scene& scene) {
+FigureRow relit_row(const std::string& name, DepthRig& rig, Scene scene) {
+  scene.glass.amount = 0.5;  // to and from an opaque surface is a cast
   rig.depths(scene);
   const std::uint64_t before = rig.pass1_runs();
   int changed = 0;
