@@ -9,7 +9,7 @@ import { pathToFileURL } from "node:url";
 import { after, before, test } from "node:test";
 import { ServerProcess } from "./server_process.mjs";
 import { differences, thumbnail } from "./surface_pictures.mjs";
-import { difference, launchChromium, until, ViewerPage } from "./viewer_page.mjs";
+import { difference, launchChromium, placeOf, until, ViewerPage } from "./viewer_page.mjs";
 
 // Of 255. What remains is the step of the depths, and rounding.
 const kMostMean = 0.5;
@@ -224,7 +224,7 @@ test("a turned picture is a preview until the server has cast it", async () => {
     await settled(viewer);
     await litHere(viewer);
     // A note on the surface turns with it.
-    const noteX = async () => (await viewer.page.locator("#picture-notes .on-surface").boundingBox()).x;
+    const noteX = async () => (await placeOf(viewer.page.locator("#picture-notes .on-surface"))).x;
     await viewer.page.locator("body").press("n");
     const { width, height } = await viewer.page.locator("#picture").boundingBox();
     await viewer.page.locator("#picture").click({ position: { x: 0.45 * width, y: 0.45 * height } });

@@ -8,7 +8,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 import { setTimeout as pause } from "node:timers/promises";
-import { until } from "./viewer_page.mjs";
+import { placeOf, until } from "./viewer_page.mjs";
 import { kStillSource, withPage, withStillPage } from "./with_page.mjs";
 
 const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
@@ -25,15 +25,6 @@ async function dragFrom(viewer, { x, y }, right, down) {
   await mouse.move(x + right / 2, y + down / 2, { steps: 4 });
   await mouse.move(x + right, y + down, { steps: 4 });
   await mouse.up();
-}
-
-/** Lines and handles are drawn again with each picture, and what has just been replaced has no place. */
-function placeOf(locator) {
-  return until(
-    "a line or a handle",
-    () => locator.boundingBox(),
-    (place) => place !== null,
-  );
 }
 
 /** A point of a line's grip, a share of its length from its start. */
@@ -94,7 +85,7 @@ test("a button removes near tissue from the volume on show, or says that it foun
     await mark(viewer).waitFor({ state: "visible" });
     await viewer.settled();
     assert.equal(await handle.count(), 2, "in the two panes that show the depth");
-    const boxOf = () => handle.first().boundingBox();
+    const boxOf = () => placeOf(handle.first());
     // Beside the line of the other plane, which crosses the handle in its middle.
     const grabPoint = ({ x, y, width, height }) => ({ x: x + width / 4, y: y + height / 2 });
     const before = grabPoint(await boxOf());
@@ -184,7 +175,7 @@ test("keys set points and notes, and move planes and the sides of the crop box",
     const input = viewer.page.locator("#picture-notes input");
     await input.fill("by keys");
     await input.press("Enter");
-    const note = await viewer.page.locator("#picture-notes button").boundingBox();
+    const note = await placeOf(viewer.page.locator("#picture-notes button"));
     const { y, height } = await picture.boundingBox();
     assert.ok(note.y < y + 0.48 * height, "it stands above the middle, where the cross was moved to");
     await press(viewer, "m");

@@ -46,6 +46,15 @@ export async function until(expectation, read, accept) {
   }
 }
 
+/** Where an element is on the page, once it is there: what lies over the picture is replaced with each picture. */
+export function placeOf(locator) {
+  return until(
+    "the place of an element",
+    () => locator.boundingBox(),
+    (place) => place !== null,
+  );
+}
+
 export class ViewerPage {
   consoleProblems = []; // errors and warnings of the console, and uncaught errors
   requestedUrls = []; // of all HTTP requests and WebSockets
