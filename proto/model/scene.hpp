@@ -184,6 +184,10 @@ struct Scene {
     Slab slab = Slab::kMean;
     SlicePlane plane = SlicePlane::kA;  ///< in Mode::kTomography: the fifth one goes through the target
     double step_mm = 5;                 ///< between them
+    /// Turn of the planes A, B and C about the target, as of the camera: at 0 they lie along the sweep.
+    double yaw_deg = 0;
+    double pitch_deg = 0;
+    double roll_deg = 0;
   } slice;
 
   struct Filter {

@@ -151,9 +151,7 @@ shaders::Slice slice(const Viewport& part, const glm::dvec3& centre, const glm::
 void set_tomography(shaders::CastParameters& to, const Scene& scene, PictureSize size) {
   constexpr std::uint32_t kAcross = 3;
   constexpr int kMiddle = 4;
-  const glm::dvec3 x(1, 0, 0);
-  const glm::dvec3 y(0, 1, 0);
-  const glm::dvec3 z(0, 0, 1);
+  const auto [x, y, z] = plane_axes(scene.slice);
   const ViewFrame view = view_frame(scene.camera);
   struct Plane {
     glm::dvec3 right, down, normal;
@@ -195,9 +193,7 @@ void set_slices(shaders::CastParameters& to, const Scene& scene, PictureSize siz
   if (scene.mode == Mode::kSlices) {
     const std::uint32_t left = size.width / 2;
     const std::uint32_t top = size.height / 2;
-    const glm::dvec3 x(1, 0, 0);
-    const glm::dvec3 y(0, 1, 0);
-    const glm::dvec3 z(0, 0, 1);
+    const auto [x, y, z] = plane_axes(scene.slice);
     to.slice_planes[0] = slice(part(0, 0, left, top), target, x, y);
     to.slice_planes[1] = slice(part(left, 0, size.width - left, top), target, z, y);
     to.slice_planes[2] = slice(part(0, top, left, size.height - top), target, x, -z);

@@ -60,6 +60,12 @@ ViewFrame view_frame(const Scene::Camera& camera) {
           .forward = forward};
 }
 
+PlaneAxes plane_axes(const Scene::Slice& slice) {
+  const ViewFrame turned =
+      view_frame({.yaw_deg = slice.yaw_deg, .pitch_deg = slice.pitch_deg, .roll_deg = slice.roll_deg});
+  return {.x = turned.right, .y = turned.forward, .z = turned.up};
+}
+
 Viewport viewport(const Scene& scene, PictureSize size) {
   Viewport port{.width = size.width, .height = size.height};
   if (scene.mode == Mode::kSlice || scene.mode == Mode::kTomography) port.width = 0;

@@ -42,6 +42,12 @@ inline PictureSize size_of(const Scene& scene, PictureSize usual) {
   return scene.size.value_or(usual);
 }
 
+/// Axes of the planes A (right x, down y), B (right z, down y) and C (right x, down -z) of Scene::Slice.
+struct PlaneAxes {
+  glm::dvec3 x, y, z;
+};
+PlaneAxes plane_axes(const Scene::Slice& slice);
+
 /// What a picture of this mode shows inside the viewport: FANLIGHT_SHOW_SURFACE, _DEPTH or _COLOUR. The first
 /// two come from the depth map.
 int shown_by(Mode mode);

@@ -8,7 +8,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 import { setTimeout as pause } from "node:timers/promises";
-import { placeOf, until } from "./viewer_page.mjs";
+import { difference, placeOf, until } from "./viewer_page.mjs";
 import { kStillSource, withPage, withStillPage } from "./with_page.mjs";
 
 const kMovingSource = "phantom:scene=relief,probe=r1,frames=18,rate=20,speckle=off";
@@ -60,6 +60,66 @@ test("the lines of four panes move the planes, and the panes have depth scales",
     await press(viewer, "1");
     await viewer.settled();
     assert.equal(await viewer.page.locator("#planes .grip").count(), 0);
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+/** Grey levels of the middle of pane A, 160 pixels to each side of it, by column and row from the middle. */
+function paneA(viewer) {
+  return viewer.page.locator("#picture").evaluate((canvas) => {
+    const size = 160;
+    const copy = new OffscreenCanvas(size, size).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, size / 2 - canvas.width / 4, size / 2 - canvas.height / 4);
+    const { data } = copy.getImageData(0, 0, size, size);
+    return Array.from({ length: size * size }, (_, pixel) => data[4 * pixel]);
+  });
+}
+
+/** What a picture of paneA() is after a quarter of a turn, counterclockwise. */
+function turnedLeft(levels) {
+  const size = Math.sqrt(levels.length);
+  return levels.map((_, pixel) => levels[(pixel % size) * size + (size - 1 - Math.floor(pixel / size))]);
+}
+
+test("a handle turns the planes, and a button turns them back", async () => {
+  await withStillPage("turned-planes", async (viewer) => {
+    await viewer.firstPicture();
+    await press(viewer, "4");
+    await viewer.settled();
+    const straight = await paneA(viewer);
+    const names = () => viewer.page.locator("#pane-names span").allTextContents();
+    assert.match((await names())[0], /in the plane of a frame/);
+    assert.equal(await viewer.page.locator("#reset-planes").isVisible(), false);
+    const { x, y, width, height } = await viewer.page.locator("#picture").boundingBox();
+    const place = await placeOf(viewer.page.locator("#planes .turn").first());
+    const from = { x: place.x + place.width / 2, y: place.y + place.height / 2 };
+    const middle = { x: x + width / 4, y: y + height / 4 };
+    await dragFrom(viewer, from, middle.x - from.x, -(from.x - middle.x));
+    await reaches(viewer, "slice.yaw_deg", 90, 0.5);
+    await viewer.settled();
+    const turned = await paneA(viewer);
+    const [asExpected, asBefore] = [difference(turned, turnedLeft(straight)), difference(turned, straight)];
+    assert.ok(asExpected < 0.5 * asBefore, `${asExpected} from a quarter of a turn, ${asBefore} from none`);
+    assert.deepEqual((await names()).slice(0, 3), ["A turned", "B turned", "C turned"]);
+    assert.equal(await viewer.page.locator("#planes text.depth").count(), 0, "no pane has the depth downwards");
+    // The lines move the target along the turned axes: to the right in pane A is now along the depth.
+    const depth = await viewer.field("camera.target_y_mm");
+    await dragFrom(viewer, await pointOf(grip(viewer, "plane plane-B", 0), 0.2), 30, 0);
+    const mmPerPixel = (await viewer.field("camera.field_mm")) / (height / 2);
+    await reaches(viewer, "camera.target_y_mm", depth + 30 * mmPerPixel);
+    await viewer.settled();
+    await viewer.screenshot("planes-turned");
+    await viewer.page.locator("#planes .turn").nth(1).press("ArrowUp");
+    await until(
+      "planes that a key has turned on",
+      () => viewer.field("slice.pitch_deg"),
+      (now) => Math.abs(now) > 0.1,
+    );
+    await click(viewer, "#reset-planes");
+    for (const angle of ["yaw", "pitch", "roll"]) await reaches(viewer, `slice.${angle}_deg`, 0, 0.001);
+    await viewer.settled();
+    assert.ok((await viewer.page.locator("#planes text.depth").count()) > 0);
+    assert.equal(await viewer.page.locator("#reset-planes").isVisible(), false);
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });

@@ -376,6 +376,11 @@ SeededCase seeded_case(std::uint32_t seed) {
   if (lamps.one_in(8)) scene.mode = Mode::kTomography;
   scene.slice.plane = lamps.any_to(SlicePlane::kView);
   scene.slice.step_mm = lamps.between(0.5, 8);
+  if (Dice turn(seed + 9'000'000); turn.one_in(2)) {
+    scene.slice.yaw_deg = turn.between(-180, 180);
+    scene.slice.pitch_deg = turn.between(-80, 80);
+    scene.slice.roll_deg = turn.between(-180, 180);
+  }
   if (Dice glass(seed + 8'000'000); glass.one_in(4)) {
     scene.glass.amount = glass.between(0.1, 1);
     if (glass.one_in(2)) scene.mode = Mode::kSurface;

@@ -325,6 +325,22 @@ void cast_slice(const Scene& scene, PictureSize size, const Volume& prepared, Tw
   }
 }
 
+/// A direction of the planes A, B and C, turned: first about y by the roll, then about x by the pitch, then
+/// about z by the yaw.
+dvec3 turned(const Scene::Slice& slice, const dvec3& way) {
+  const auto rotated = [](double degrees, double& from, double& to) {
+    const double rad = radians(degrees);
+    const double kept = from;
+    from = std::cos(rad) * kept - std::sin(rad) * to;
+    to = std::sin(rad) * kept + std::cos(rad) * to;
+  };
+  dvec3 at = way;
+  rotated(-slice.roll_deg, at.x, at.z);   // clockwise: the right side dips
+  rotated(-slice.pitch_deg, at.y, at.z);  // upwards: forward dips
+  rotated(slice.yaw_deg, at.x, at.y);
+  return at;
+}
+
 /// Mode::kSlices: three planes through the target, each in its part of the picture, with the target in the
 /// middle.
 void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, TwinCast& cast) {
@@ -344,8 +360,8 @@ void cast_slices(const Scene& scene, PictureSize size, const Volume& prepared, T
       const double pixel_mm = scene.camera.field_mm / height;
       const double right_mm = (column - first_column - 0.5 * (width - 1.0)) * pixel_mm;
       const double down_mm = (row - first_row - 0.5 * (height - 1.0)) * pixel_mm;
-      const dvec3 across = left ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
-      const dvec3 down = upper ? dvec3(0, 1, 0) : dvec3(0, 0, -1);
+      const dvec3 across = turned(scene.slice, left ? dvec3(1, 0, 0) : dvec3(0, 0, 1));
+      const dvec3 down = turned(scene.slice, upper ? dvec3(0, 1, 0) : dvec3(0, 0, -1));
       const dvec3 at = dvec3(target.x_mm, target.y_mm, target.z_mm) + right_mm * across + down_mm * down;
       cast.colour[std::size_t{row} * size.width + column] =
           slice_colour(scene, prepared, cuts, at, pixel_mm, glm::cross(across, down));
@@ -373,10 +389,13 @@ void cast_tomography(const Scene& scene, PictureSize size, const Volume& prepare
       dvec3 down(0, 1, 0);
       if (scene.slice.plane == SlicePlane::kB) right = {0, 0, 1};
       if (scene.slice.plane == SlicePlane::kC) down = {0, 0, -1};
+      right = turned(scene.slice, right);
+      down = turned(scene.slice, down);
       if (scene.slice.plane == SlicePlane::kView) right = view.right;
       if (scene.slice.plane == SlicePlane::kView) down = -view.up;
       // To higher coordinates, or away from the viewer.
-      const dvec3 away = scene.slice.plane == SlicePlane::kB ? dvec3(1, 0, 0) : glm::cross(right, down);
+      const dvec3 away =
+          scene.slice.plane == SlicePlane::kB ? glm::cross(down, right) : glm::cross(right, down);
       const double offset_mm = (3.0 * below + across - 4) * scene.slice.step_mm;
       const dvec3 at = dvec3(target.x_mm, target.y_mm, target.z_mm) + offset_mm * away +
                        (column - left - (width - 1) / 2) * pixel_mm * right +

@@ -14,6 +14,8 @@ type Relation = "is" | "is not" | "is above" | "is below";
 const kSurfaceShown: Condition = ["mode", "is", "surface", "surface-and-volume", "slices"];
 /** Modes that show a surface. */
 export const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
+/** The planes A, B and C; the single slice, and nine as seen, follow the camera. */
+const kPlanesThatTurn: readonly Condition[] = [["mode", "is", "slices", "tomography"]];
 const kDepthShown: Condition = ["mode", "is", ...kSurfaceModes];
 
 /** What needs a light that is on: its place and strength. The colour of the key light is also the ambient one's. */
@@ -41,6 +43,9 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
   "slice.depth_mm": [["mode", "is", "slice"]],
   "slice.plane": [["mode", "is", "tomography"]],
   "slice.step_mm": [["mode", "is", "tomography"]],
+  "slice.yaw_deg": kPlanesThatTurn,
+  "slice.pitch_deg": kPlanesThatTurn,
+  "slice.roll_deg": kPlanesThatTurn,
   "slice.slab": [["slice.slab_mm", "is above", 0]],
   "near.shift_mm": [
     ["near.tissue", "is", "removed"],

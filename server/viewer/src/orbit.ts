@@ -3,6 +3,7 @@
 import type { SceneField } from "../generated/fanlight_pb.js";
 import { allowed, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
+import { planeTurn } from "./plane_turn";
 import { kAcross, kTomography, planeWay } from "./tomography";
 import { bodyWay, orbited, surfacePart, tidy, type PagePoint } from "./view_geometry";
 
@@ -50,7 +51,8 @@ export class Orbit {
       rollDeg: number("camera.roll_deg"),
     };
     const [right, up] = [-moved.x * mmPerPixel, moved.y * mmPerPixel];
-    const way = isTomography ? planeWay(number("slice.plane"), turn, right, up, 0) : bodyWay(turn, right, up, 0);
+    const turns = { view: turn, planes: planeTurn(this.editor) };
+    const way = isTomography ? planeWay(number("slice.plane"), turns, right, up, 0) : bodyWay(turn, right, up, 0);
     this.editor.set([
       ["camera.target_x_mm", tidy(number("camera.target_x_mm") + way.x)],
       ["camera.target_y_mm", tidy(number("camera.target_y_mm") + way.y)],

@@ -256,7 +256,8 @@ export class PictureOverlay {
 
   private directions(view: View | undefined): readonly Direction[] {
     const isTomography = this.editor.choice("mode") === kTomography;
-    const ofPlane = isTomography ? planeDirections(this.editor.number("slice.plane")) : undefined;
+    const camera = sliceCamera(this.editor);
+    const ofPlane = isTomography ? planeDirections(camera.plane, { view: camera, planes: camera.planes }) : undefined;
     return ofPlane ?? (view?.matrix.length === 16 ? directions(view) : []);
   }
 

@@ -115,3 +115,14 @@ export function alongAxisMm(drag: PagePoint, perMm: PagePoint): number {
   const square = perMm.x ** 2 + perMm.y ** 2;
   return square > 0 ? (drag.x * perMm.x + drag.y * perMm.y) / square : 0;
 }
+
+/** A line across the whole pane, as an SVG path. */
+export function lineIn({ part }: Pane, isColumn: boolean, at: number): string {
+  return isColumn ? `M${at} ${part.top}v${part.height}` : `M${part.left} ${at}h${part.width}`;
+}
+
+/** A short bar about the middle of the pane, as an SVG path. */
+export function barIn({ part }: Pane, row: number): string {
+  const half = part.width / 12;
+  return `M${part.left + part.width / 2 - half} ${row}h${2 * half}`;
+}

@@ -7,9 +7,11 @@ import { pixelOfPoint } from "./measuring/surface_path";
 import {
   alongAxisMm,
   boxNear,
+  barIn,
   depthTicks,
   kCropFields,
   kPlaneOf,
+  lineIn,
   panesOf,
   pixelAlong,
   valueAlong,
@@ -18,10 +20,13 @@ import {
   type Pane,
   type Place,
 } from "./plane_geometry";
+import { alongTurned, angleAbout, isTurned, planeTurn, turnedInPane, turnValues } from "./plane_turn";
 import type { SettingsEditor } from "./settings_editor";
-import { tidy, type PagePoint } from "./view_geometry";
+import { tidy, type PagePoint, type Turn } from "./view_geometry";
 
 const kAxes: readonly Axis[] = ["x", "y", "z"];
+const kNoPlace: Place = { x: 0, y: 0, z: 0 };
+const kTurnRadius = 0.4; // of the pane's shorter side
 const kHeight = 512; // marks have one size whatever that of the picture: pixels in one of this height
 const kLeastBoxMm = 2;
 const kLeastPixelsPerMm = 0.3; // a face that looks at the viewer cannot be dragged in the 3D pane
@@ -48,6 +53,7 @@ interface Drag {
 interface Shown {
   mode: string;
   target: Place;
+  turn: Turn;
   fieldMm: number;
   nearEndMm: number | undefined;
   nearShiftMm: number;
@@ -58,7 +64,14 @@ export class PlaneOverlay {
   private fullWidth = 0;
   private nearEndMm: number | undefined; // depth (y) where the near tissue ends, at the target
   /** Of the picture: while it lacks a change, lines and scales stay where they fit it. */
-  private shown: Shown = { mode: "", target: { x: 0, y: 0, z: 0 }, fieldMm: 1, nearEndMm: undefined, nearShiftMm: 0 };
+  private shown: Shown = {
+    mode: "",
+    target: kNoPlace,
+    turn: { yawDeg: 0, pitchDeg: 0, rollDeg: 0 },
+    fieldMm: 1,
+    nearEndMm: undefined,
+    nearShiftMm: 0,
+  };
   private cropping = false;
   private allowed = false;
   private dragging: number | undefined; // the pointer
@@ -113,8 +126,14 @@ export class PlaneOverlay {
     this.grips = 0;
     const focused = this.focused;
     const panes = panesOf(this.shown.mode, this.canvas);
-    const parts = panes.flatMap((pane) => [...this.scaleOf(pane), ...this.linesOf(pane), ...this.nearEndIn(pane)]);
-    if (this.cropping) parts.push(...panes.flatMap((pane) => this.boxIn(pane)), ...this.boxInSpace());
+    // The depth, the near tissue and the crop box lie along the probe's axes.
+    const alongProbe = isTurned(this.shown.turn) ? [] : panes;
+    const parts = [
+      ...alongProbe.flatMap((pane) => this.scaleOf(pane)),
+      ...panes.flatMap((pane) => [...this.linesOf(pane), ...this.turnIn(pane)]),
+      ...alongProbe.flatMap((pane) => this.nearEndIn(pane)),
+    ];
+    if (this.cropping) parts.push(...alongProbe.flatMap((pane) => this.boxIn(pane)), ...this.boxInSpace());
     this.svg.replaceChildren(...parts);
     this.focused = focused; // the focus returns to what replaces it
   }
@@ -124,6 +143,7 @@ export class PlaneOverlay {
     return {
       mode: this.editor.choice("mode"),
       target: { x: at("x"), y: at("y"), z: at("z") },
+      turn: planeTurn(this.editor),
       fieldMm: this.editor.number("camera.field_mm"),
       nearEndMm: this.nearEndMm,
       nearShiftMm: this.editor.number(kNearShift),
@@ -152,18 +172,43 @@ export class PlaneOverlay {
   private linesOf(pane: Pane): SVGElement[] {
     return [pane.right, pane.up.axis].flatMap((axis) => {
       const isColumn = axis === pane.right;
-      const from = pixelAlong(pane, axis, this.target()[axis], this.target(), this.fieldMm());
+      const from = pixelAlong(pane, axis, 0, kNoPlace, this.fieldMm());
       const at = (way: PagePoint) => withinPane(pane, isColumn, from + along(isColumn, way));
       const line = `plane plane-${kPlaneOf[axis]}`;
       const label = `Plane ${kPlaneOf[axis].toUpperCase()}`;
       return this.draggable(line, label, lineIn(pane, isColumn, from), isColumn, (element) => ({
         moved: (way) => element.setAttribute("d", lineIn(pane, isColumn, at(way))),
         ended: (way) => {
-          const value = valueAlong(pane, axis, at(way), this.target(), this.fieldMm());
-          this.editor.set([[`camera.target_${axis}_mm`, value]]);
+          const mm = valueAlong(pane, axis, at(way), kNoPlace, this.fieldMm());
+          const moved = alongTurned(this.shown.turn, axis, mm);
+          const changed = kAxes.filter((each) => Math.abs(moved[each]) > 1e-6);
+          this.editor.set(
+            changed.map((each) => [`camera.target_${each}_mm`, tidy(this.target()[each] + moved[each])] as const),
+          );
         },
       }));
     });
+  }
+
+  /** A handle on the line across the pane. It turns the picture of the pane about its middle; the others follow. */
+  private turnIn(pane: Pane): SVGElement[] {
+    const { left, top, width, height } = pane.part;
+    const middle = { x: left + width / 2, y: top + height / 2 };
+    const radius = kTurnRadius * Math.min(width, height);
+    const at = { x: middle.x + radius, y: middle.y };
+    const unit = this.canvas.height / kHeight;
+    const label = `Turn plane ${pane.name} in its pane`;
+    const handle = drawing("circle", { class: "turn", cx: at.x, cy: at.y, r: 6 * unit }, drawing("title", {}, label));
+    const before = planeTurn(this.editor);
+    this.connect(handle, label, {
+      moved: (way) => {
+        const rad = angleAbout(middle, at, { x: at.x + way.x, y: at.y + way.y });
+        handle.setAttribute("cx", String(middle.x + radius * Math.cos(rad)));
+        handle.setAttribute("cy", String(middle.y - radius * Math.sin(rad)));
+        this.editor.set(turnValues(turnedInPane(before, pane, rad)));
+      },
+    });
+    return [handle];
   }
 
   /** A handle where the near tissue ends before the target, in the panes that show the depth; the line follows it. */
@@ -174,7 +219,7 @@ export class PlaneOverlay {
     const shiftMm = this.editor.number(kNearShift);
     const from = pixelAlong(pane, "y", nearEndMm + shiftMm - nearShiftMm, this.target(), this.fieldMm());
     if (withinPane(pane, false, from) !== from) return [];
-    const at = (row: number) => handleIn(pane, row);
+    const at = (row: number) => barIn(pane, row);
     return this.draggable("near-end", "End of the near tissue", at(from), false, (element) => ({
       moved: (way) => {
         const mmPerPixel = this.fieldMm() / pane.part.height;
@@ -349,14 +394,4 @@ function along(isColumn: boolean, pixel: PagePoint): number {
 function sideText(name: string): string {
   const side = name.replace(/^crop\.|_mm$/g, "");
   return `${side[0]!.toUpperCase()}${side.slice(1)} side of the crop box`;
-}
-
-/** A short bar about the middle of the pane. */
-function handleIn({ part }: Pane, row: number): string {
-  const half = part.width / 12;
-  return `M${part.left + part.width / 2 - half} ${row}h${2 * half}`;
-}
-
-function lineIn({ part }: Pane, isColumn: boolean, at: number): string {
-  return isColumn ? `M${at} ${part.top}v${part.height}` : `M${part.left} ${at}h${part.width}`;
 }

@@ -33,7 +33,7 @@ export function planeThrough(first: Mm, second: Mm, across: Mm): PlaneView | und
 }
 
 /** The inverse of bodyWay(): the turn of a view with these directions, which have length 1 and are at right angles. */
-function turnOf(forward: Mm, up: Mm): Turn {
+export function turnOf(forward: Mm, up: Mm): Turn {
   const pitch = -Math.asin(Math.min(1, Math.max(-1, forward[2])));
   const yaw = Math.atan2(-forward[0], forward[1]);
   const level: Mm = [Math.cos(yaw), Math.sin(yaw), 0];

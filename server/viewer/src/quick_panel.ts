@@ -17,6 +17,7 @@ import { connectSearch } from "./setting_search";
 import type { SettingsEditor } from "./settings_editor";
 import { SlabControl } from "./slab_control";
 import { Tomography } from "./tomography";
+import { TurnedPlanes } from "./turned_planes";
 import { UndoHistory } from "./undo_history";
 import { picturePixel, surfacePart, type PagePoint } from "./view_geometry";
 
@@ -30,6 +31,7 @@ export class QuickPanel {
   private readonly nearTissue: NearTissueButton;
   private readonly slab: SlabControl;
   private readonly tomography: Tomography;
+  private readonly turnedPlanes: TurnedPlanes;
   private readonly lamps: LampPanel;
   private allowed = false;
   private readonly failed: (sentence: string) => void;
@@ -48,6 +50,7 @@ export class QuickPanel {
     this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
     this.slab = new SlabControl(editor);
     this.tomography = new Tomography(editor);
+    this.turnedPlanes = new TurnedPlanes(editor);
     connectViews(page.views, editor);
     this.lamps = new LampPanel(editor, light, page.lights);
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
@@ -89,6 +92,7 @@ export class QuickPanel {
     this.nearTissue.refresh();
     this.slab.refresh();
     this.tomography.refresh();
+    this.turnedPlanes.refresh();
     this.lamps.refresh();
     page.undo.disabled = !this.allowed || !this.history.canUndo;
     page.redo.disabled = !this.allowed || !this.history.canRedo;
@@ -115,6 +119,7 @@ export class QuickPanel {
     page.nearTissue.disabled = !may || ownView;
     this.slab.allow(may && !ownView);
     this.tomography.allow(may && !ownView);
+    this.turnedPlanes.allow(may && !ownView);
     if (changed) this.refresh();
   }
 

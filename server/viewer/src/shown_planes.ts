@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the planes of a picture lie in the body: from a pixel to a point, and back.
 import { kAcross, kTomography, offsetMm, paneTitle, planeWay } from "./tomography";
+import { isTurned, planeTurn } from "./plane_turn";
 import {
   bodyWay,
   pixelOf,
@@ -23,6 +24,8 @@ export interface BodyPoint {
 export interface SliceCamera extends Lens, Turn {
   target: BodyPoint;
   sliceDepthMm: number;
+  /** Turn of the planes A, B and C. */
+  planes: Turn;
   /** Mode tomography: index of the direction of the planes, and their distance. */
   plane: number;
   stepMm: number;
@@ -53,6 +56,7 @@ export function sliceCamera(editor: { number(name: string): number; choice(name:
     pitchDeg: number("camera.pitch_deg"),
     rollDeg: number("camera.roll_deg"),
     sliceDepthMm: number("slice.depth_mm"),
+    planes: planeTurn(editor),
     plane: number("slice.plane"),
     stepMm: number("slice.step_mm"),
   };
@@ -91,12 +95,14 @@ function added(from: BodyPoint, right: BodyPoint, rightMm: number, up: BodyPoint
   return { x: sum("x"), y: sum("y"), z: sum("z") };
 }
 
-function panes({ width, height }: Size, { target, fieldMm }: SliceCamera): ShownPlane[] {
+function panes({ width, height }: Size, camera: SliceCamera): ShownPlane[] {
+  const { target, fieldMm, planes } = camera;
   const [left, top] = [Math.floor(width / 2), Math.floor(height / 2)];
   const upper = { top: 0, height: top };
+  const turned = isTurned(planes) ? " turned" : "";
   const of = (name: string, plane: number, part: Rectangle): ShownPlane => {
-    const way = (right: number, up: number) => planeWay(plane, kNotTurned, right, up, 0);
-    return { name: `plane ${name}`, part, fieldMm, centre: target, right: way(1, 0), up: way(0, 1) };
+    const way = (right: number, up: number) => planeWay(plane, { view: camera, planes }, right, up, 0);
+    return { name: `plane ${name}${turned}`, part, fieldMm, centre: target, right: way(1, 0), up: way(0, 1) };
   };
   return [
     of("A", 0, { left: 0, width: left, ...upper }),
@@ -105,17 +111,16 @@ function panes({ width, height }: Size, { target, fieldMm }: SliceCamera): Shown
   ];
 }
 
-const kNotTurned: Turn = { yawDeg: 0, pitchDeg: 0, rollDeg: 0 };
-
 function tomographyPlanes(size: Size, camera: SliceCamera): ShownPlane[] {
   const edge = (length: number, number: number) => Math.floor((number * length) / kAcross);
   return Array.from({ length: kAcross ** 2 }, (_, pane) => {
     const [column, row] = [pane % kAcross, Math.floor(pane / kAcross)];
     const [left, top] = [edge(size.width, column), edge(size.height, row)];
-    const way = (right: number, up: number, away: number) => planeWay(camera.plane, camera, right, up, away);
+    const turns = { view: camera, planes: camera.planes };
+    const way = (right: number, up: number, away: number) => planeWay(camera.plane, turns, right, up, away);
     const offset = way(0, 0, offsetMm(pane, camera.stepMm));
     return {
-      name: nameOf(paneTitle(camera.plane, pane, camera.stepMm)),
+      name: nameOf(paneTitle(camera.plane, pane, camera.stepMm, camera.planes)),
       part: { left, top, width: edge(size.width, column + 1) - left, height: edge(size.height, row + 1) - top },
       fieldMm: camera.fieldMm,
       centre: added(camera.target, offset, 1, offset, 0),

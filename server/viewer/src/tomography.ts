@@ -2,6 +2,7 @@
 // Nine parallel planes: where each lies, and the controls for their direction and distance.
 import { element, find } from "./element";
 import type { Direction } from "./picture_marks";
+import { isTurned, planeTurn } from "./plane_turn";
 import type { SettingsEditor } from "./settings_editor";
 import { bodyWay, type Turn } from "./view_geometry";
 
@@ -10,17 +11,19 @@ export const kAcross = 3;
 const kMiddle = 4;
 const [kPlane, kStep] = ["slice.plane", "slice.step_mm"];
 const kTitles = ["A", "B", "C", "As seen"];
+const kAsSeen = kTitles.indexOf("As seen");
 
 /** How far the pane's plane is from the target, mm; panes are numbered along the rows. */
 export function offsetMm(pane: number, stepMm: number): number {
   return Math.round(1000 * (pane - kMiddle) * stepMm) / 1000;
 }
 
-/** "C +10 mm". */
-export function paneTitle(plane: number, pane: number, stepMm: number): string {
+/** "C +10 mm", "C turned +10 mm". */
+export function paneTitle(plane: number, pane: number, stepMm: number, turn: Turn): string {
   const offset = offsetMm(pane, stepMm);
   const sign = offset > 0 ? "+" : offset < 0 ? "\u2212" : "";
-  return `${kTitles[plane] ?? ""} ${sign}${Math.abs(offset)} mm`;
+  const turned = plane !== kAsSeen && isTurned(turn) ? " turned" : "";
+  return `${kTitles[plane] ?? ""}${turned} ${sign}${Math.abs(offset)} mm`;
 }
 
 /** In the transducer frame, mm. */
@@ -30,24 +33,32 @@ interface Way {
   z: number;
 }
 
+/** Turns of the camera, and of the planes A, B and C. */
+export interface Turns {
+  view: Turn;
+  planes: Turn;
+}
+
 /** The way in the transducer frame, mm, of a way in such a plane, and away from it to the next ones. */
-export function planeWay(plane: number, turn: Turn, right: number, up: number, away: number): Way {
-  const ways = [
+export function planeWay(plane: number, { view, planes }: Turns, right: number, up: number, away: number): Way {
+  const way = [
     { x: right, y: -up, z: away },
     { x: away, y: -up, z: right },
     { x: right, y: away, z: up },
-  ];
-  return ways[plane] ?? bodyWay(turn, right, up, away);
+  ][plane];
+  return way ? bodyWay(planes, way.x, way.z, way.y) : bodyWay(view, right, up, away);
 }
 
 /** Where the probe's directions point in planes that do not follow the camera; undefined for those that do. */
-export function planeDirections(plane: number): Direction[] | undefined {
-  const at = (name: string, right: number, down: number) => ({ name, right, down, away: right || down ? 0 : 1 });
-  return [
-    [at("side", 1, 0), at("depth", 0, 1), at("sweep", 0, 0)],
-    [at("side", 0, 0), at("depth", 0, 1), at("sweep", 1, 0)],
-    [at("side", 1, 0), at("depth", 0, 0), at("sweep", 0, -1)],
-  ][plane];
+export function planeDirections(plane: number, turns: Turns): Direction[] | undefined {
+  if (plane === kAsSeen) return undefined;
+  const right = planeWay(plane, turns, 1, 0, 0);
+  const up = planeWay(plane, turns, 0, 1, 0);
+  const away = planeWay(plane, turns, 0, 0, 1);
+  return (["side", "depth", "sweep"] as const).map((name) => {
+    const axis = ({ side: "x", depth: "y", sweep: "z" } as const)[name];
+    return { name, right: right[axis], down: -up[axis], away: away[axis] };
+  });
 }
 
 export class Tomography {
@@ -78,6 +89,7 @@ export class Tomography {
 
   private titles(): string[] {
     const [plane, step] = [this.editor.number(kPlane), this.editor.number(kStep)];
-    return Array.from({ length: kAcross ** 2 }, (_, pane) => paneTitle(plane, pane, step));
+    const turn = planeTurn(this.editor);
+    return Array.from({ length: kAcross ** 2 }, (_, pane) => paneTitle(plane, pane, step, turn));
   }
 }

@@ -19,6 +19,7 @@ test("a place of a pane's axis is where a click on the slice finds it", () => {
     pitchDeg: 0,
     rollDeg: 0,
     sliceDepthMm: 80,
+    planes: { yawDeg: 0, pitchDeg: 0, rollDeg: 0 },
     plane: 0,
     stepMm: 5,
   };

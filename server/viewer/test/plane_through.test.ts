@@ -19,6 +19,7 @@ function shown(first: Mm, second: Mm, across: Mm, points: readonly Mm[]) {
     sliceDepthMm: 80,
     perspective: false,
     openingDeg: 30,
+    planes: { yawDeg: 0, pitchDeg: 0, rollDeg: 0 },
     plane: 0,
     stepMm: 5,
   };

@@ -15,6 +15,7 @@ const camera: SliceCamera = {
   pitchDeg: 0,
   rollDeg: 0,
   sliceDepthMm: 50,
+  planes: { yawDeg: 0, pitchDeg: 0, rollDeg: 0 },
   plane: 0,
   stepMm: 5,
 };
