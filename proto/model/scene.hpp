@@ -62,7 +62,7 @@ enum class Slab : std::uint8_t {
   kMaximum,
   kXRay,  ///< what a ray through it loses: the more, the thicker and brighter
 };
-/// The planes of Mode::kTomography, by the letters of Mode::kSlices.
+/// The planes of Mode::kTomography, by the letters of Mode::kSlices; where they are not turned:
 enum class SlicePlane : std::uint8_t {
   kA,     ///< in the plane of a frame in the middle of the sweep
   kB,     ///< across the frames
@@ -184,7 +184,8 @@ struct Scene {
     Slab slab = Slab::kMean;
     SlicePlane plane = SlicePlane::kA;  ///< in Mode::kTomography: the fifth one goes through the target
     double step_mm = 5;                 ///< between them
-    /// Turn of the planes A, B and C about the target, as of the camera: at 0 they lie along the sweep.
+    /// Turn of the planes A, B and C about the target, by the angles of the camera. At 0 they lie along the
+    /// sweep.
     double yaw_deg = 0;
     double pitch_deg = 0;
     double roll_deg = 0;

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/model/scene.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <string>
 #include <type_traits>
 
@@ -274,14 +270,18 @@ const SceneField kFields[] = {
                                 FirstPass::kCast, kSlicePlanes),
     row<MEMBER(slice.step_mm)>("slice.step_mm", "mm", "between the planes of the mode tomography", 0.2, 30, 0,
                                FirstPass::kCast),
-    row<MEMBER(slice.yaw_deg)>("slice.yaw_deg", "deg",
-                               "turn of the planes A, B and C about the direction of the sweep", -180, 180, 0,
-                               FirstPass::kCast),
-    row<MEMBER(slice.pitch_deg)>("slice.pitch_deg", "deg",
-                                 "turn of the planes A, B and C about the lateral direction", -90, 90, 0,
-                                 FirstPass::kCast),
-    row<MEMBER(slice.roll_deg)>("slice.roll_deg", "deg", "turn of the planes A, B and C about the depth",
-                                -180, 180, 0, FirstPass::kCast),
+    row<MEMBER(slice.yaw_deg)>(
+        "slice.yaw_deg", "deg",
+        "turn of the planes A, B and C about the direction of the sweep, as camera.yaw_deg turns a view",
+        -180, 180, 0, FirstPass::kCast),
+    row<MEMBER(slice.pitch_deg)>(
+        "slice.pitch_deg", "deg",
+        "turn of the planes A, B and C about the lateral direction, as camera.pitch_deg turns a view", -90,
+        90, 0, FirstPass::kCast),
+    row<MEMBER(slice.roll_deg)>(
+        "slice.roll_deg", "deg",
+        "turn of the planes A, B and C about the depth, as camera.roll_deg turns a view", -180, 180, 0,
+        FirstPass::kCast),
     choice<MEMBER(filter.kind)>(
         "filter.kind", "average of depths: moving mean, Gaussian, or one that does not bridge a step",
         FirstPass::kFilter, kDepthFilters),
@@ -444,19 +444,6 @@ const SceneField kFields[] = {
 
 #undef MEMBER
 
-std::string allowed(const SceneField& field) {
-  if (!field.choices.empty()) return fmt::format("one of {}", fmt::join(field.choices, ", "));
-  const std::string unit = field.unit.empty() ? "" : fmt::format(" {}", field.unit);
-  const std::string step =
-      field.step == 0 ? "" : fmt::format(" in steps of {} from {}", field.step, field.minimum);
-  return fmt::format("a number from {} to {}{}{}", field.minimum, field.maximum, unit, step);
-}
-
-Error refusal(const SceneField& field, std::string_view given) {
-  return {ErrorCode::kInvalidArgument,
-          fmt::format("{} is {}, expected {}", field.name, given, allowed(field))};
-}
-
 }  // namespace
 
 std::span<const SceneField> scene_fields() {
@@ -466,41 +453,6 @@ std::span<const SceneField> scene_fields() {
 const SceneField* find_scene_field(std::string_view name) {
   const auto* found = std::ranges::find(kFields, name, &SceneField::name);
   return found == std::end(kFields) ? nullptr : found;
-}
-
-Result<void> set_field(Scene& scene, const SceneField& field, double value) {
-  const bool in_range = value >= field.minimum && value <= field.maximum;  // false for a NaN
-  const bool on_step = field.step == 0 || std::fmod(value - field.minimum, field.step) == 0;
-  if (!in_range || !on_step) return refusal(field, fmt::format("{}", value));
-  field.set(scene, value);
-  return {};
-}
-
-Result<void> set_field(Scene& scene, const SceneField& field, std::string_view text) {
-  if (field.is_text()) {
-    auto set = field.set_text(scene, text);
-    if (!set) return Error{set.error().code, fmt::format("{}: {}", field.name, set.error().message)};
-    return {};
-  }
-  if (!field.choices.empty()) {
-    const auto found = std::ranges::find(field.choices, text);
-    if (found == field.choices.end()) return refusal(field, fmt::format("\"{}\"", text));
-    field.set(scene, static_cast<double>(found - field.choices.begin()));
-    return {};
-  }
-  double value = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (failure != std::errc{} || end != text.data() + text.size()) {
-    return refusal(field, fmt::format("\"{}\"", text));
-  }
-  return set_field(scene, field, value);
-}
-
-std::string field_text(const Scene& scene, const SceneField& field) {
-  if (field.is_text()) return field.get_text(scene);
-  const double value = field.get(scene);
-  return field.choices.empty() ? fmt::format("{}", value)
-                               : std::string(field.choices[static_cast<std::size_t>(value)]);
 }
 
 }  // namespace fanlight

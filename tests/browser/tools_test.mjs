@@ -64,7 +64,7 @@ test("the lines of four panes move the planes, and the panes have depth scales",
   });
 });
 
-/** Grey levels of the middle of pane A, 160 pixels to each side of it, by column and row from the middle. */
+/** Grey levels of the middle of pane A, 80 pixels to each side, by column and row from the middle. */
 function paneA(viewer) {
   return viewer.page.locator("#picture").evaluate((canvas) => {
     const size = 160;
@@ -94,14 +94,22 @@ test("a handle turns the planes, and a button turns them back", async () => {
     const place = await placeOf(viewer.page.locator("#planes .turn").first());
     const from = { x: place.x + place.width / 2, y: place.y + place.height / 2 };
     const middle = { x: x + width / 4, y: y + height / 4 };
-    await dragFrom(viewer, from, middle.x - from.x, -(from.x - middle.x));
+    const depths = viewer.page.locator("#planes text.depth");
+    assert.ok((await depths.count()) > 0);
+    const { mouse } = viewer.page;
+    await mouse.move(from.x, from.y);
+    await mouse.down();
+    await mouse.move(from.x, middle.y - 20, { steps: 4 });
+    assert.equal(await depths.count(), 0, "no scale over planes that are being turned");
+    await mouse.move(middle.x, middle.y - (from.x - middle.x), { steps: 4 });
+    await mouse.up();
     await reaches(viewer, "slice.yaw_deg", 90, 0.5);
     await viewer.settled();
     const turned = await paneA(viewer);
     const [asExpected, asBefore] = [difference(turned, turnedLeft(straight)), difference(turned, straight)];
     assert.ok(asExpected < 0.5 * asBefore, `${asExpected} from a quarter of a turn, ${asBefore} from none`);
-    assert.deepEqual((await names()).slice(0, 3), ["A turned", "B turned", "C turned"]);
-    assert.equal(await viewer.page.locator("#planes text.depth").count(), 0, "no pane has the depth downwards");
+    assert.deepEqual((await names()).slice(0, 3), ["A (turned)", "B (turned)", "C (turned)"]);
+    assert.equal(await depths.count(), 0, "no pane has the depth downwards");
     // The lines move the target along the turned axes: to the right in pane A is now along the depth.
     const depth = await viewer.field("camera.target_y_mm");
     await dragFrom(viewer, await pointOf(grip(viewer, "plane plane-B", 0), 0.2), 30, 0);
@@ -109,17 +117,16 @@ test("a handle turns the planes, and a button turns them back", async () => {
     await reaches(viewer, "camera.target_y_mm", depth + 30 * mmPerPixel);
     await viewer.settled();
     await viewer.screenshot("planes-turned");
-    await viewer.page.locator("#planes .turn").nth(1).press("ArrowUp");
-    await until(
-      "planes that a key has turned on",
-      () => viewer.field("slice.pitch_deg"),
-      (now) => Math.abs(now) > 0.1,
-    );
     await click(viewer, "#reset-planes");
     for (const angle of ["yaw", "pitch", "roll"]) await reaches(viewer, `slice.${angle}_deg`, 0, 0.001);
     await viewer.settled();
-    assert.ok((await viewer.page.locator("#planes text.depth").count()) > 0);
+    assert.ok((await depths.count()) > 0);
     assert.equal(await viewer.page.locator("#reset-planes").isVisible(), false);
+    const handleB = viewer.page.locator("#planes .turn").nth(1);
+    await handleB.press("ArrowUp");
+    await reaches(viewer, "slice.pitch_deg", 1, 0.01);
+    await handleB.press("Shift+ArrowRight");
+    await reaches(viewer, "slice.pitch_deg", -7, 0.01);
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });

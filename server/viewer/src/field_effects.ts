@@ -14,7 +14,7 @@ type Relation = "is" | "is not" | "is above" | "is below";
 const kSurfaceShown: Condition = ["mode", "is", "surface", "surface-and-volume", "slices"];
 /** Modes that show a surface. */
 export const kSurfaceModes = ["surface", "surface-and-volume", "depth", "slices"];
-/** The planes A, B and C; the single slice, and nine as seen, follow the camera. */
+/** What shows the planes A, B and C, or planes parallel to them. */
 const kPlanesThatTurn: readonly Condition[] = [["mode", "is", "slices", "tomography"]];
 const kDepthShown: Condition = ["mode", "is", ...kSurfaceModes];
 

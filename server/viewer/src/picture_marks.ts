@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is drawn over the picture: a bar of a round length in mm, the directions of the probe, the names of the panes.
+// What is drawn over the picture: a bar of a round length in mm, the directions of the probe.
 import type { View } from "../generated/fanlight_pb.js";
 import { drawing } from "./element";
 
@@ -39,18 +39,17 @@ export function directions(view: View): Direction[] {
 
 export class PictureMarks {
   constructor(
-    private readonly places: { scale: HTMLElement; axes: SVGSVGElement; paneNames: HTMLElement },
+    private readonly places: { scale: HTMLElement; axes: SVGSVGElement },
     private readonly frame: HTMLElement,
   ) {}
 
-  show(probe: readonly Direction[], bar: ScaleBar | undefined, fullWidth: number, mode: string): void {
-    const { scale, axes, paneNames } = this.places;
+  show(probe: readonly Direction[], bar: ScaleBar | undefined, fullWidth: number): void {
+    const { scale, axes } = this.places;
     scale.hidden = !bar;
     if (bar) {
       scale.firstElementChild!.textContent = `${bar.mm} mm`;
       scale.style.setProperty("--length", String((bar.pixels * this.frame.clientWidth) / fullWidth));
     }
-    paneNames.hidden = mode !== "slices";
     axes.replaceChildren(...probe.flatMap(arm));
   }
 }

@@ -59,7 +59,6 @@ export class PictureOverlay {
     {
       scale: find("#scale", HTMLElement),
       axes: find("#axes", SVGSVGElement),
-      paneNames: find("#pane-names", HTMLElement),
     },
     page.frame,
   );
@@ -283,6 +282,6 @@ export class PictureOverlay {
     page.frame.dataset.mode = this.editor.choice("mode");
     const shown = this.from.shown();
     this.planes.show(shown?.view, this.fullSize().width, shown?.nearEndMm);
-    this.marks.show(this.directions(shown?.view), this.bar(), this.fullSize().width, this.editor.choice("mode"));
+    this.marks.show(this.directions(shown?.view), this.bar(), this.fullSize().width);
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The three planes of the four panes, and the crop box, in pixels of the picture. The panes are laid out as
-// set_slices() in renderer/parameters/cast_parameters.cpp does; x, y and z are those of the transducer frame.
+// set_slices() in renderer/parameters/cast_parameters.cpp does; x, y and z are the axes of the transducer
+// frame, or those of planes that are turned from them (plane_turn.ts).
 import { tidy, type PagePoint, type Rectangle, type Size } from "./view_geometry";
 
 export type Axis = "x" | "y" | "z";
@@ -22,6 +23,12 @@ export const kCropFields: Record<Axis, readonly [low: string, high: string]> = {
   y: ["crop.near_mm", "crop.far_mm"],
   z: ["crop.below_mm", "crop.above_mm"],
 };
+
+/** "Left side of the crop box", of crop.left_mm */
+export function sideText(name: string): string {
+  const side = name.replace(/^crop\.|_mm$/g, "");
+  return `${side[0]!.toUpperCase()}${side.slice(1)} side of the crop box`;
+}
 
 /** The plane at right angles to an axis. */
 export const kPlaneOf: Record<Axis, Pane["name"]> = { x: "B", y: "C", z: "A" };

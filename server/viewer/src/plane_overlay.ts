@@ -3,30 +3,35 @@
 // crop box with handles in all panes.
 import type { View } from "../generated/fanlight_pb.js";
 import { drawing } from "./element";
+import { PaneTitles, type TitledPlanes } from "./pane_titles";
 import { pixelOfPoint } from "./measuring/surface_path";
 import {
   alongAxisMm,
-  boxNear,
   barIn,
+  boxNear,
   depthTicks,
   kCropFields,
   kPlaneOf,
   lineIn,
   panesOf,
   pixelAlong,
+  sideText,
   valueAlong,
   withinPane,
   type Axis,
   type Pane,
   type Place,
 } from "./plane_geometry";
-import { alongTurned, angleAbout, isTurned, planeTurn, turnedInPane, turnValues } from "./plane_turn";
+import { alongTurned, isTurned, movedAlong, planeTurn, turnValues } from "./plane_turn";
 import type { SettingsEditor } from "./settings_editor";
-import { tidy, type PagePoint, type Turn } from "./view_geometry";
+import { kPlane, kStep } from "./tomography";
+import { turnHandle } from "./turn_handle";
+import { tidy, type PagePoint } from "./view_geometry";
 
 const kAxes: readonly Axis[] = ["x", "y", "z"];
-const kNoPlace: Place = { x: 0, y: 0, z: 0 };
-const kTurnRadius = 0.4; // of the pane's shorter side
+const kOrigin: Place = { x: 0, y: 0, z: 0 };
+/** What does not fit the planes as soon as they are turned. */
+const kAlongProbe = ".depth, .near-end, .crop, [data-line=near-end], [data-line=crop]";
 const kHeight = 512; // marks have one size whatever that of the picture: pixels in one of this height
 const kLeastBoxMm = 2;
 const kLeastPixelsPerMm = 0.3; // a face that looks at the viewer cannot be dragged in the 3D pane
@@ -44,16 +49,16 @@ const kArrowWays: Record<string, PagePoint> = {
 };
 
 /** `way`: from where the pointer was taken to where it is, pixels of the picture. */
-interface Drag {
+export interface Drag {
   moved(way: PagePoint): void;
+  /** What arrow keys do, where that is not to move by some pixels: `steps` is 1 or more. */
+  keyed?(way: PagePoint, steps: number): void;
   ended?(way: PagePoint): void;
 }
 
 /** What a picture shows that has all changes of this page. */
-interface Shown {
-  mode: string;
+interface Shown extends TitledPlanes {
   target: Place;
-  turn: Turn;
   fieldMm: number;
   nearEndMm: number | undefined;
   nearShiftMm: number;
@@ -66,12 +71,15 @@ export class PlaneOverlay {
   /** Of the picture: while it lacks a change, lines and scales stay where they fit it. */
   private shown: Shown = {
     mode: "",
-    target: kNoPlace,
+    target: kOrigin,
     turn: { yawDeg: 0, pitchDeg: 0, rollDeg: 0 },
+    plane: 0,
+    stepMm: 1,
     fieldMm: 1,
     nearEndMm: undefined,
     nearShiftMm: 0,
   };
+  private readonly titles = new PaneTitles();
   private cropping = false;
   private allowed = false;
   private dragging: number | undefined; // the pointer
@@ -118,6 +126,7 @@ export class PlaneOverlay {
   draw(): void {
     if (this.dragging !== undefined) return; // the handle under the pointer stays the same element
     if (this.isCurrent()) this.shown = this.read();
+    this.titles.show(this.shown);
     // Of the text on the screen, whatever the size of the picture.
     const pixelsPerPoint = this.canvas.width / (this.canvas.clientWidth || this.canvas.width);
     this.svg.style.setProperty("--scale-text", `${(window.innerWidth >= 2600 ? 22 : 12) * pixelsPerPoint}px`);
@@ -130,24 +139,32 @@ export class PlaneOverlay {
     const alongProbe = isTurned(this.shown.turn) ? [] : panes;
     const parts = [
       ...alongProbe.flatMap((pane) => this.scaleOf(pane)),
-      ...panes.flatMap((pane) => [...this.linesOf(pane), ...this.turnIn(pane)]),
+      ...panes.flatMap((pane) => this.linesOf(pane)),
       ...alongProbe.flatMap((pane) => this.nearEndIn(pane)),
     ];
     if (this.cropping) parts.push(...alongProbe.flatMap((pane) => this.boxIn(pane)), ...this.boxInSpace());
+    parts.push(...panes.flatMap((pane) => this.turnIn(pane)));
     this.svg.replaceChildren(...parts);
     this.focused = focused; // the focus returns to what replaces it
   }
 
   private read(): Shown {
-    const at = (axis: Axis) => this.editor.number(`camera.target_${axis}_mm`);
     return {
       mode: this.editor.choice("mode"),
-      target: { x: at("x"), y: at("y"), z: at("z") },
+      target: this.wantedTarget(),
       turn: planeTurn(this.editor),
+      plane: this.editor.number(kPlane),
+      stepMm: this.editor.number(kStep),
       fieldMm: this.editor.number("camera.field_mm"),
       nearEndMm: this.nearEndMm,
       nearShiftMm: this.editor.number(kNearShift),
     };
+  }
+
+  /** Which the picture may not have yet. */
+  private wantedTarget(): Place {
+    const at = (axis: Axis) => this.editor.number(`camera.target_${axis}_mm`);
+    return { x: at("x"), y: at("y"), z: at("z") };
   }
 
   private target(): Place {
@@ -172,42 +189,30 @@ export class PlaneOverlay {
   private linesOf(pane: Pane): SVGElement[] {
     return [pane.right, pane.up.axis].flatMap((axis) => {
       const isColumn = axis === pane.right;
-      const from = pixelAlong(pane, axis, 0, kNoPlace, this.fieldMm());
+      const from = pixelAlong(pane, axis, 0, kOrigin, this.fieldMm());
       const at = (way: PagePoint) => withinPane(pane, isColumn, from + along(isColumn, way));
       const line = `plane plane-${kPlaneOf[axis]}`;
       const label = `Plane ${kPlaneOf[axis].toUpperCase()}`;
       return this.draggable(line, label, lineIn(pane, isColumn, from), isColumn, (element) => ({
         moved: (way) => element.setAttribute("d", lineIn(pane, isColumn, at(way))),
         ended: (way) => {
-          const mm = valueAlong(pane, axis, at(way), kNoPlace, this.fieldMm());
-          const moved = alongTurned(this.shown.turn, axis, mm);
-          const changed = kAxes.filter((each) => Math.abs(moved[each]) > 1e-6);
-          this.editor.set(
-            changed.map((each) => [`camera.target_${each}_mm`, tidy(this.target()[each] + moved[each])] as const),
-          );
+          const mm = valueAlong(pane, axis, at(way), kOrigin, this.fieldMm());
+          const unit = alongTurned(this.shown.turn, axis, 1);
+          const wanted = movedAlong(this.wantedTarget(), this.target(), unit, mm);
+          const changed = kAxes.filter((each) => Math.abs(unit[each]) > 1e-6);
+          this.editor.set(changed.map((each) => [`camera.target_${each}_mm`, wanted[each]] as const));
         },
       }));
     });
   }
 
-  /** A handle on the line across the pane. It turns the picture of the pane about its middle; the others follow. */
   private turnIn(pane: Pane): SVGElement[] {
-    const { left, top, width, height } = pane.part;
-    const middle = { x: left + width / 2, y: top + height / 2 };
-    const radius = kTurnRadius * Math.min(width, height);
-    const at = { x: middle.x + radius, y: middle.y };
-    const unit = this.canvas.height / kHeight;
-    const label = `Turn plane ${pane.name} in its pane`;
-    const handle = drawing("circle", { class: "turn", cx: at.x, cy: at.y, r: 6 * unit }, drawing("title", {}, label));
-    const before = planeTurn(this.editor);
-    this.connect(handle, label, {
-      moved: (way) => {
-        const rad = angleAbout(middle, at, { x: at.x + way.x, y: at.y + way.y });
-        handle.setAttribute("cx", String(middle.x + radius * Math.cos(rad)));
-        handle.setAttribute("cy", String(middle.y - radius * Math.sin(rad)));
-        this.editor.set(turnValues(turnedInPane(before, pane, rad)));
-      },
+    if (!this.allowed) return [];
+    const { handle, drag } = turnHandle(pane, planeTurn(this.editor), (turn) => {
+      for (const mark of this.svg.querySelectorAll(kAlongProbe)) mark.remove();
+      this.editor.set(turnValues(turn));
     });
+    this.connect(handle, `Handle that turns plane ${pane.name}`, drag);
     return [handle];
   }
 
@@ -320,9 +325,11 @@ export class PlaneOverlay {
     grip.onkeydown = (event) => {
       const way = kArrowWays[event.key];
       if (!way) return;
-      const pixels = (event.shiftKey ? kLargeStep : 1) * kKeyStepShare * this.canvas.height;
+      const steps = event.shiftKey ? kLargeStep : 1;
+      const pixels = steps * kKeyStepShare * this.canvas.height;
       const moved = { x: way.x * pixels, y: way.y * pixels };
-      drag.moved(moved);
+      if (drag.keyed) drag.keyed(way, steps);
+      else drag.moved(moved);
       drag.ended?.(moved);
       this.draw();
       event.preventDefault();
@@ -388,10 +395,4 @@ export class PlaneOverlay {
 
 function along(isColumn: boolean, pixel: PagePoint): number {
   return isColumn ? pixel.x : pixel.y;
-}
-
-/** "Left side of the crop box", of crop.left_mm */
-function sideText(name: string): string {
-  const side = name.replace(/^crop\.|_mm$/g, "");
-  return `${side[0]!.toUpperCase()}${side.slice(1)} side of the crop box`;
 }

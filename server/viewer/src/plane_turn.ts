@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The turn of the planes A, B and C about the target (slice.yaw_deg, pitch_deg, roll_deg), and how a hand changes it.
-import type { Axis, Pane } from "./plane_geometry";
+import type { Axis, Pane, Place } from "./plane_geometry";
 import { turnOf } from "./plane_through";
-import { bodyWay, type PagePoint, type Turn } from "./view_geometry";
+import { bodyWay, tidy, type PagePoint, type Turn } from "./view_geometry";
 
 const kFields = ["slice.yaw_deg", "slice.pitch_deg", "slice.roll_deg"] as const;
+const kAxes: readonly Axis[] = ["x", "y", "z"];
 const kLeastDeg = 0.005;
 
 export function planeTurn(editor: { number(name: string): number }): Turn {
@@ -21,9 +22,19 @@ export function isTurned({ yawDeg, pitchDeg, rollDeg }: Turn): boolean {
 }
 
 /** The way in the transducer frame, mm, of one along an axis of the turned planes. */
-export function alongTurned(turn: Turn, axis: Axis, mm: number): Record<Axis, number> {
+export function alongTurned(turn: Turn, axis: Axis, mm: number): Place {
   const along = (each: Axis) => (each === axis ? mm : 0);
   return bodyWay(turn, along("x"), along("z"), along("y"));
+}
+
+/**
+ * A target that lies `mm` from the one shown along a direction of length 1, and otherwise stays where it is now: a change
+ * that the picture does not show yet is kept.
+ */
+export function movedAlong(now: Place, shown: Place, unit: Place, mm: number): Place {
+  const already = kAxes.reduce((sum, axis) => sum + (now[axis] - shown[axis]) * unit[axis], 0);
+  const at = (axis: Axis) => tidy(now[axis] + (mm - already) * unit[axis]);
+  return { x: at("x"), y: at("y"), z: at("z") };
 }
 
 /** Planes of which the picture in a pane was turned by an angle, counterclockwise as seen. */

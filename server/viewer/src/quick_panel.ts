@@ -12,12 +12,12 @@ import type { LightHandles } from "./light_handles";
 import { page } from "./page";
 import { connectViews, LayoutBar, PresetBar } from "./preset_bar";
 import { QuickSettings } from "./quick_settings";
+import { ResetPlanes } from "./reset_planes";
 import type { Values } from "./scene";
 import { connectSearch } from "./setting_search";
 import type { SettingsEditor } from "./settings_editor";
 import { SlabControl } from "./slab_control";
 import { Tomography } from "./tomography";
-import { TurnedPlanes } from "./turned_planes";
 import { UndoHistory } from "./undo_history";
 import { picturePixel, surfacePart, type PagePoint } from "./view_geometry";
 
@@ -31,7 +31,7 @@ export class QuickPanel {
   private readonly nearTissue: NearTissueButton;
   private readonly slab: SlabControl;
   private readonly tomography: Tomography;
-  private readonly turnedPlanes: TurnedPlanes;
+  private readonly resetPlanes: ResetPlanes;
   private readonly lamps: LampPanel;
   private allowed = false;
   private readonly failed: (sentence: string) => void;
@@ -50,7 +50,7 @@ export class QuickPanel {
     this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
     this.slab = new SlabControl(editor);
     this.tomography = new Tomography(editor);
-    this.turnedPlanes = new TurnedPlanes(editor);
+    this.resetPlanes = new ResetPlanes(editor);
     connectViews(page.views, editor);
     this.lamps = new LampPanel(editor, light, page.lights);
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
@@ -92,7 +92,7 @@ export class QuickPanel {
     this.nearTissue.refresh();
     this.slab.refresh();
     this.tomography.refresh();
-    this.turnedPlanes.refresh();
+    this.resetPlanes.refresh();
     this.lamps.refresh();
     page.undo.disabled = !this.allowed || !this.history.canUndo;
     page.redo.disabled = !this.allowed || !this.history.canRedo;
@@ -119,7 +119,7 @@ export class QuickPanel {
     page.nearTissue.disabled = !may || ownView;
     this.slab.allow(may && !ownView);
     this.tomography.allow(may && !ownView);
-    this.turnedPlanes.allow(may && !ownView);
+    this.resetPlanes.allow(may && !ownView);
     if (changed) this.refresh();
   }
 

@@ -24,7 +24,7 @@ const kPictureKeys: readonly (readonly [string, string])[] = [
   ["← → ↑ ↓", "Move the light; the camera with Turn or Pan; the cross with Measure, Scalpel or Note"],
   ["Enter", "Set a point with Measure, a corner or a ball with Scalpel, a note with Note"],
   ["Escape", "Give up a measurement or a lasso that was begun"],
-  ["Tab, then ← → ↑ ↓", "Choose a line or a side of the crop box, and move it"],
+  ["Tab, then ← → ↑ ↓", "Choose a line, a handle or a side of the crop box, and move it"],
   ["Page Up, Page Down", "Move the light nearer, farther"],
   ["+ −", "Zoom"],
   ["Home", "Reset the view"],

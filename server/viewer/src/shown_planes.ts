@@ -99,7 +99,7 @@ function panes({ width, height }: Size, camera: SliceCamera): ShownPlane[] {
   const { target, fieldMm, planes } = camera;
   const [left, top] = [Math.floor(width / 2), Math.floor(height / 2)];
   const upper = { top: 0, height: top };
-  const turned = isTurned(planes) ? " turned" : "";
+  const turned = isTurned(planes) ? " (turned)" : "";
   const of = (name: string, plane: number, part: Rectangle): ShownPlane => {
     const way = (right: number, up: number) => planeWay(plane, { view: camera, planes }, right, up, 0);
     return { name: `plane ${name}${turned}`, part, fieldMm, centre: target, right: way(1, 0), up: way(0, 1) };

@@ -1,28 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nine parallel planes: where each lies, and the controls for their direction and distance.
-import { element, find } from "./element";
+import { find } from "./element";
 import type { Direction } from "./picture_marks";
-import { isTurned, planeTurn } from "./plane_turn";
+import { isTurned } from "./plane_turn";
 import type { SettingsEditor } from "./settings_editor";
 import { bodyWay, type Turn } from "./view_geometry";
 
 export const kTomography = "tomography";
 export const kAcross = 3;
 const kMiddle = 4;
-const [kPlane, kStep] = ["slice.plane", "slice.step_mm"];
+export const [kPlane, kStep] = ["slice.plane", "slice.step_mm"];
 const kTitles = ["A", "B", "C", "As seen"];
-const kAsSeen = kTitles.indexOf("As seen");
+
+/** Whether nine planes of this direction are parallel to the picture, and not to A, B or C. */
+export function followsCamera(plane: number): boolean {
+  return plane === kTitles.indexOf("As seen");
+}
 
 /** How far the pane's plane is from the target, mm; panes are numbered along the rows. */
 export function offsetMm(pane: number, stepMm: number): number {
   return Math.round(1000 * (pane - kMiddle) * stepMm) / 1000;
 }
 
-/** "C +10 mm", "C turned +10 mm". */
+/** "C +10 mm", "C (turned) +10 mm". */
 export function paneTitle(plane: number, pane: number, stepMm: number, turn: Turn): string {
   const offset = offsetMm(pane, stepMm);
   const sign = offset > 0 ? "+" : offset < 0 ? "\u2212" : "";
-  const turned = plane !== kAsSeen && isTurned(turn) ? " turned" : "";
+  const turned = !followsCamera(plane) && isTurned(turn) ? " (turned)" : "";
   return `${kTitles[plane] ?? ""}${turned} ${sign}${Math.abs(offset)} mm`;
 }
 
@@ -51,7 +55,7 @@ export function planeWay(plane: number, { view, planes }: Turns, right: number, 
 
 /** Where the probe's directions point in planes that do not follow the camera; undefined for those that do. */
 export function planeDirections(plane: number, turns: Turns): Direction[] | undefined {
-  if (plane === kAsSeen) return undefined;
+  if (followsCamera(plane)) return undefined;
   const right = planeWay(plane, turns, 1, 0, 0);
   const up = planeWay(plane, turns, 0, 1, 0);
   const away = planeWay(plane, turns, 0, 0, 1);
@@ -65,7 +69,6 @@ export class Tomography {
   private readonly root = find("#tomography", HTMLFieldSetElement);
   private readonly plane = find("#tomography-plane", HTMLSelectElement);
   private readonly step = find("#tomography-step", HTMLSelectElement);
-  private readonly names = find("#tomography-names", HTMLElement);
 
   constructor(private readonly editor: Pick<SettingsEditor, "set" | "number" | "choice">) {
     this.plane.onchange = () => this.editor.set([[kPlane, Number(this.plane.value)]]);
@@ -80,16 +83,9 @@ export class Tomography {
   /** After a change of the scene. */
   refresh(): void {
     const shows = this.editor.choice("mode") === kTomography;
-    this.root.hidden = this.names.hidden = !shows;
+    this.root.hidden = !shows;
     if (!shows) return;
     this.plane.value = String(this.editor.number(kPlane));
     this.step.value = String(this.editor.number(kStep)); // empty where it is none of those
-    this.names.replaceChildren(...this.titles().map((textContent) => element("span", { textContent })));
-  }
-
-  private titles(): string[] {
-    const [plane, step] = [this.editor.number(kPlane), this.editor.number(kStep)];
-    const turn = planeTurn(this.editor);
-    return Array.from({ length: kAcross ** 2 }, (_, pane) => paneTitle(plane, pane, step, turn));
   }
 }

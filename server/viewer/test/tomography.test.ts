@@ -11,6 +11,6 @@ test("nine planes lie at equal distances about the target", () => {
   const straight = { yawDeg: 0, pitchDeg: 0, rollDeg: 0 };
   assert.equal(paneTitle(2, 8, 0.1, straight), "C +0.4 mm");
   assert.equal(paneTitle(0, 0, 5, straight), "A \u221220 mm");
-  assert.equal(paneTitle(1, 4, 5, { ...straight, rollDeg: 3 }), "B turned 0 mm");
+  assert.equal(paneTitle(1, 4, 5, { ...straight, rollDeg: 3 }), "B (turned) 0 mm");
   assert.equal(paneTitle(3, 5, 5, { ...straight, rollDeg: 3 }), "As seen +5 mm");
 });
