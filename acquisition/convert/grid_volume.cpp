@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <new>
-#include <optional>
 
 #include "proto/model/fan_geometry.hpp"
+#include "proto/model/fan_sampler.hpp"
 
 namespace fanlight {
 
@@ -51,78 +51,6 @@ Bounds bounds_of(const Volume& volume) {
   }
   return box;
 }
-
-/// Reads the volume between its frames.
-class FanSampler {
- public:
-  explicit FanSampler(const Volume& volume) : volume_(volume), geometry_(volume.geometry()) {
-    for (const std::uint32_t frame : volume.by_angle()) angles_rad_.push_back(volume.angles_rad()[frame]);
-  }
-
-  /// The two frames around an angle, and the share of the second.
-  struct Between {
-    std::span<const std::uint8_t> first;
-    std::span<const std::uint8_t> second;
-    double share;
-  };
-  std::optional<Between> around(double angle_rad) const {
-    if (angle_rad < angles_rad_.front() || angle_rad > angles_rad_.back()) return std::nullopt;
-    const auto above = std::ranges::upper_bound(angles_rad_, angle_rad);
-    const std::size_t second =
-        std::clamp<std::ptrdiff_t>(above - angles_rad_.begin(), 1, std::ssize(angles_rad_) - 1);
-    const double step_rad = angles_rad_[second] - angles_rad_[second - 1];
-    return Between{.first = volume_.frame_pixels(volume_.by_angle()[second - 1]),
-                   .second = volume_.frame_pixels(volume_.by_angle()[second]),
-                   .share = step_rad > 0 ? (angle_rad - angles_rad_[second - 1]) / step_rad : 0};
-  }
-
-  std::uint8_t at(const Between& frames, const PlanePoint& point) const {
-    const FramePlace place = geometry_.frame_place(point);
-    if (!(place.column >= 0 && place.column <= geometry_.columns - 1.0 && place.row >= 0 &&
-          place.row <= geometry_.rows - 1.0) ||
-        !scanned(point))
-      return 0;
-    const auto column = std::min(static_cast<std::uint32_t>(place.column), geometry_.columns - 2);
-    const auto row = std::min(static_cast<std::uint32_t>(place.row), geometry_.rows - 2);
-    const double right = place.column - column;
-    const double down = place.row - row;
-    const std::size_t index = std::size_t{row} * geometry_.columns + column;
-    if (geometry_.zero_is_unscanned && (has_zero(frames.first, index) || has_zero(frames.second, index)))
-      return 0;
-    const auto bilinear = [&](std::span<const std::uint8_t> pixels) {
-      const double upper = std::lerp(double{1} * pixels[index], double{1} * pixels[index + 1], right);
-      const std::size_t below = index + geometry_.columns;
-      const double lower = std::lerp(double{1} * pixels[below], double{1} * pixels[below + 1], right);
-      return std::lerp(upper, lower, down);
-    };
-    const double echo = std::lerp(bilinear(frames.first), bilinear(frames.second), frames.share);
-    // 0 is left to what was not scanned, where that is known.
-    return static_cast<std::uint8_t>(std::max(knows_border_ ? 1L : 0L, std::lround(echo)));
-  }
-
- private:
-  /// Of the four pixels from `index` on.
-  bool has_zero(std::span<const std::uint8_t> pixels, std::size_t index) const {
-    const std::size_t below = index + geometry_.columns;
-    return std::min({pixels[index], pixels[index + 1], pixels[below], pixels[below + 1]}) == 0;
-  }
-
-  bool scanned(const PlanePoint& point) const {
-    const FanGeometry::Sector& sector = geometry_.sector;
-    if (geometry_.kind != FrameKind::kCartesian || sector.half_angle_deg == 0) return true;
-    const double down_mm = point.depth_mm + geometry_.probe_radius_mm;
-    const double from_apex_mm = std::hypot(point.x_mm, down_mm);
-    return std::abs(std::atan2(point.x_mm, down_mm)) <= radians(sector.half_angle_deg) &&
-           from_apex_mm >= geometry_.probe_radius_mm &&
-           (sector.reach_mm == 0 || from_apex_mm <= sector.reach_mm);
-  }
-
-  const Volume& volume_;
-  const FanGeometry& geometry_;
-  bool knows_border_ = geometry_.kind != FrameKind::kCartesian || geometry_.sector.half_angle_deg > 0 ||
-                       geometry_.zero_is_unscanned;
-  std::vector<double> angles_rad_;
-};
 
 }  // namespace
 

@@ -16,10 +16,6 @@ namespace {
 
 using glm::vec3;
 
-// The wall of the uterus: the inside of a sphere.
-constexpr vec3 kWallMiddleMm{0, 30, 0};
-constexpr float kWallRadiusMm = 122;
-
 constexpr float kMostAcrossMm = 10;
 
 constexpr float kSphereRadiusMm = 30;
@@ -98,6 +94,9 @@ BodyScene::BodyScene(Kind kind, bool moving, std::uint64_t seed, bool has_near_w
     case Kind::kPlane:
       bodies_ = {
           {std::make_shared<const DistanceGrid>(plane_mm, vec3(-150, -6, -150), vec3(150, 6, 150), 1.5F)}};
+      break;
+    case Kind::kCyst:
+      far_wall_ = {.middle_mm = {0, 75, 0}, .radius_mm = 20};
       break;
   }
 }
@@ -224,7 +223,7 @@ BodyScene::Lines BodyScene::in_bodies(const Poses& poses, const Line& line) cons
     const float beside_mm = glm::length(glm::cross(to_middle, lines[body].along));
     lines[body].passes = beside_mm < surface.radius_mm() + kNearMm;
   }
-  lines[kMostBodies] = {.from_mm = line.from_mm - kWallMiddleMm, .along = line.along, .across = line.across};
+  lines[kMostBodies] = {.from_mm = line.from_mm - far_wall_.middle_mm, .along = line.along, .across = line.across};
   return lines;
 }
 
@@ -232,7 +231,7 @@ BodyScene::Found BodyScene::at(const Lines& lines, float along_mm, float across_
   const auto point = [&](const Line& line) {
     return line.from_mm + along_mm * line.along + across_mm * line.across;
   };
-  Found found{.distance_mm = kWallRadiusMm - glm::length(point(lines[kMostBodies]))};
+  Found found{.distance_mm = far_wall_.radius_mm - glm::length(point(lines[kMostBodies]))};
   for (std::size_t body = 0; body < bodies_.size(); ++body) {
     if (!lines[body].passes) {
       found.distance_mm = std::min(found.distance_mm, kNearMm - kMostAcrossMm);
@@ -244,7 +243,7 @@ BodyScene::Found BodyScene::at(const Lines& lines, float along_mm, float across_
   if (near_wall_) {
     // What is thicker by a slope is nearer than it seems.
     constexpr float kSlope = 0.85F;
-    const NearWall::Depth depth = near_wall_->depth(point(lines[kMostBodies]) + kWallMiddleMm);
+    const NearWall::Depth depth = near_wall_->depth(point(lines[kMostBodies]) + far_wall_.middle_mm);
     const float distance_mm = kSlope * (depth.below_mm - depth.end_mm);
     if (distance_mm < found.distance_mm)
       found = {distance_mm, Part::kNearWall, false, distance_mm < 0 ? NearWall::echo(depth) : 1.0F};

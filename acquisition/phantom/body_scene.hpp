@@ -20,14 +20,22 @@ namespace fanlight {
 /// mm deep. It breathes, turns and moves the hand with periods of some seconds. kWomb: the same bodies,
 /// turned and laid by the seed, behind an undulating near wall with a placenta of 8 to 30 mm; between its
 /// inside and them lie 2 to 20 mm of fluid where it is the least. kSphere: of 30 mm radius, 90 mm deep in the
-/// middle. kPlane: tissue from 90 mm on, tilted by 20 deg.
+/// middle. kPlane: tissue from 90 mm on, tilted by 20 deg. kCyst: fluid in tissue, a sphere of 20 mm radius,
+/// 75 mm deep in the middle.
 ///
 /// Immutable after construction: any thread may read it.
 class BodyScene {
  public:
-  enum class Kind : std::uint8_t { kFace, kWomb, kSphere, kPlane };
+  enum class Kind : std::uint8_t { kFace, kWomb, kSphere, kPlane, kCyst };
   static constexpr std::size_t kMostBodies = 3;
   static constexpr float kNearMm = 22;
+
+  /// The inside of a sphere, which holds the fluid.
+  struct FarWall {
+    glm::vec3 middle_mm{0, 30, 0};
+    float radius_mm = 122;
+  };
+  const FarWall& far_wall() const { return far_wall_; }
 
   /// From the transducer frame to the own frame of a body: turn * (point - origin). The bodies of the face
   /// are mirrored: their frames are left-handed.
@@ -127,6 +135,7 @@ class BodyScene {
   Kind kind_;
   bool moving_;
   Rest rest_;
+  FarWall far_wall_;
   std::optional<NearWall> near_wall_;
   float gap_mm_ = 0;
   std::vector<Body> bodies_;

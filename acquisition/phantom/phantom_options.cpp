@@ -106,7 +106,7 @@ bool read_probe(std::string_view text, Config& config) {
 }
 
 bool read_scene(std::string_view text, PhantomSource::Scene& scene) {
-  constexpr std::string_view kNames[] = {"relief", "face", "womb", "sphere", "plane"};
+  constexpr std::string_view kNames[] = {"relief", "face", "womb", "sphere", "plane", "cyst"};
   const auto* const found = std::ranges::find(kNames, text);
   if (found == std::end(kNames)) return false;
   scene = static_cast<PhantomSource::Scene>(found - kNames);
@@ -152,7 +152,7 @@ constexpr Option kOptions[] = {
      }},
     {"probe", "Frames, scan lines and radii of a probe", "r2 or r1",
      [](std::string_view text, Config& config) { return read_probe(text, config); }},
-    {"scene", "The body", "face, womb, relief, sphere or plane",
+    {"scene", "The body", "face, womb, relief, sphere, plane or cyst",
      [](std::string_view text, Config& config) { return read_scene(text, config.scene); }},
     {"wall", "Whether the womb has its near wall", "on or off",
      [](std::string_view text, Config& config) {

@@ -52,6 +52,8 @@ std::optional<BodyScene::Kind> bodies_of(PhantomSource::Scene scene) {
       return BodyScene::Kind::kSphere;
     case PhantomSource::Scene::kPlane:
       return BodyScene::Kind::kPlane;
+    case PhantomSource::Scene::kCyst:
+      return BodyScene::Kind::kCyst;
   }
   return std::nullopt;
 }

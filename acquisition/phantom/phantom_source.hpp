@@ -40,7 +40,7 @@ class PhantomSource final : public FrameSource {
   enum class Index : std::uint8_t { kOn, kOff };
 
   /// What the probe sees: PhantomScene, or one of BodyScene.
-  enum class Scene : std::uint8_t { kRelief, kFace, kWomb, kSphere, kPlane };
+  enum class Scene : std::uint8_t { kRelief, kFace, kWomb, kSphere, kPlane, kCyst };
 
   struct Config {
     double frame_rate_hz = 75;             ///< 0.1 to 1000; 35 frames take 466 ms, as in the paper

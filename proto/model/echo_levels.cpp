@@ -53,13 +53,17 @@ double EchoLevels::rise(double reach) const {
   // Where the echo is an amplitude, halfway is the middle of the blur.
   if (!known || linear()) return 0.5;
   const double below_db = kEdgeBelowTissueDb + kLowerByReachDb * std::min(reach / kUsualReach, 1.0);
-  const double below_tissue = below_db / kSpeckleDb * noise;  // grey levels
+  const double below_tissue = below_db * levels_per_db();
   return std::clamp(1 - below_tissue / (tissue - fluid), 0.5, kMostRise);
 }
 
 double EchoLevels::sheet_below() const {
   if (!known || linear()) return kHalfway;
-  return kFrontBelowPeakDb / kSpeckleDb * noise;
+  return kFrontBelowPeakDb * levels_per_db();
+}
+
+double EchoLevels::levels_per_db() const {
+  return noise / kSpeckleDb;
 }
 
 double EchoLevels::least_contrast(bool reduced) const {

@@ -36,6 +36,9 @@ struct EchoLevels {
   /// Whether the speckle's deviation is proportional to its mean, as without log compression.
   bool linear() const { return noise > kLeastLinearRatio * tissue; }
 
+  /// Grey levels of a decibel of log-compressed frames, by the deviation of fully developed speckle.
+  double levels_per_db() const;
+
   /// Whether there is log-compressed speckle, of which the lengths of rises were measured.
   bool in_decibels() const { return known && !linear() && noise >= 1; }
 

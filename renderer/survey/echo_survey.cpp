@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numeric>
 
-#include "renderer/survey/scanned_sector.hpp"
+#include "proto/model/scanned_sector.hpp"
 
 namespace fanlight {
 

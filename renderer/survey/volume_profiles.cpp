@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/survey/scanned_sector.hpp"
+#include "proto/model/scanned_sector.hpp"
 
 namespace fanlight {
 

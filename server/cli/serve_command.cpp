@@ -21,6 +21,7 @@
 #include "proto/base/printable.hpp"
 #include "proto/base/version.hpp"
 #include "renderer/survey/auto_scene.hpp"
+#include "renderer/survey/fluid_region.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/log_format.hpp"
@@ -241,6 +242,31 @@ SurfaceFinder surface_finder(const ServerDescription& server) {
   };
 }
 
+v1::FluidRegion message_of(const FluidRegion& region) {
+  v1::FluidRegion message;
+  message.set_volume_mm3(region.volume_mm3);
+  message.set_deviation_mm3(region.deviation_mm3);
+  message.set_fluid_level(region.fluid_level);
+  message.set_border_level(region.border_level);
+  message.set_wall_level(region.wall_level);
+  message.set_first_x_mm(region.box.first.x_mm);
+  message.set_first_y_mm(region.box.first.y_mm);
+  message.set_first_z_mm(region.box.first.z_mm);
+  message.set_step_mm(region.box.step_mm);
+  message.set_columns(region.box.size[0]);
+  message.set_rows(region.box.size[1]);
+  message.set_slices(region.box.size[2]);
+  message.set_depths(region.depths.data(), region.depths.size());
+  return message;
+}
+
+Result<v1::FluidRegion> measured_fluid(const Volume& volume, const FluidQuestion& question,
+                                       const std::stop_token& stop) {
+  const auto region = grown_fluid(volume, {.at = question.at, .border_db = question.border_db}, stop);
+  if (!region) return region.error();
+  return message_of(*region);
+}
+
 /// Sets the log up as the options say. Returns the level that it had.
 spdlog::level::level_enum begin_service_log(const ServeOptions& options) {
   const auto usual_level = spdlog::get_level();
@@ -349,6 +375,7 @@ Result<void> serve(ServeOptions& options) {
       *config, {.ports = pipeline.ports(),
                 .counters = counters,
                 .find_surface = surface_finder(config->state.description),
+                .measure_fluid = measured_fluid,
                 .write_frame =
                     [&](const QueuedFrame& frame, std::uint64_t utc_ns, FrameOrigin origin,
                         igtl::HeadVersion version) {

@@ -12,6 +12,7 @@
 #include "server/access/audit_log.hpp"
 #include "server/access/session_identity.hpp"
 #include "server/command/session_audit.hpp"
+#include "server/state/fluid_desk.hpp"
 #include "server/state/recording_proxy.hpp"
 
 namespace fanlight {
@@ -35,6 +36,10 @@ struct ChangeProbe {
 };
 /// Finds the surface in the newest volume. Answered when the renderer has looked.
 struct FindSurface {};
+/// Measures the fluid at a point of the volume on show. Answered when that is done.
+struct MeasureFluid {
+  FluidQuestion question;
+};
 struct ControlRecorder {
   std::optional<RecordingWish> wish;  ///< absent: one that this version does not know
 };
@@ -62,8 +67,8 @@ struct ChangeControl {
 };
 
 using ClientCommand =
-    std::variant<ChangeScene, ChangeView, LeaveView, ChangeProbe, FindSurface, ControlRecorder, ControlReplay,
-                 ControlCine, ChangePresets, ControlRelay, SendStill, ChangeControl>;
+    std::variant<ChangeScene, ChangeView, LeaveView, ChangeProbe, FindSurface, MeasureFluid, ControlRecorder,
+                 ControlReplay, ControlCine, ChangePresets, ControlRelay, SendStill, ChangeControl>;
 
 /// Who asks. Both must outlive the answer, or CommandExecutor::forget().
 struct Requester {
@@ -102,6 +107,7 @@ struct CommandResult {
   bool view_ended = false;            ///< LeaveView: there was a view
   std::string file{};                 ///< ControlRecorder: the recording's name
   v1::SurveyFound found{};            ///< FindSurface: the scene that shows the surface
+  v1::FluidRegion region{};           ///< MeasureFluid
 
   explicit operator bool() const { return refused == Refused::kNot; }
 };

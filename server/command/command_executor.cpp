@@ -57,7 +57,7 @@ void CommandExecutor::execute(const Requester& who, const ClientCommand& command
   // Only a command that was accepted acquires control; it is free again where the probe refuses later.
   const bool acquired = outcome.result && acquire(rule, who.identity);
   if (outcome.waits_for == 0) return finish(who, command, outcome, answer, acquired);
-  auto& waiting = std::holds_alternative<ChangeProbe>(command) ? probe_changes_ : surveys_;
+  auto& waiting = std::holds_alternative<ChangeProbe>(command) ? probe_changes_ : looks_;
   waiting.push_back({outcome.waits_for, who, command, answer, acquired});
   if (acquired) notify_(Notice::kControl, 0);
 }
@@ -179,6 +179,19 @@ CommandExecutor::Outcome CommandExecutor::apply(const FindSurface& /*command*/, 
   return {.waits_for = ++last_asker_};
 }
 
+CommandExecutor::Outcome CommandExecutor::apply(const MeasureFluid& command, const Requester& who) {
+  const bool is_under_way = std::ranges::any_of(looks_, [&](const Pending& each) {
+    return each.who.identity.id == who.identity.id && std::holds_alternative<MeasureFluid>(each.command);
+  });
+  if (is_under_way) {
+    return {.result = refusal({ErrorCode::kUnavailable,
+                               "this session's last measurement of fluid is under way, expected a later one"})};
+  }
+  const auto requested = state_.fluid.request(last_asker_ + 1, command.question);
+  if (!requested) return {.result = refusal(requested.error())};
+  return {.waits_for = ++last_asker_};
+}
+
 CommandExecutor::Outcome CommandExecutor::apply(const ControlRecorder& command, const Requester& /*who*/) {
   if (!command.wish)
     return {.result = refusal({ErrorCode::kInvalidArgument, "wish: expected START, STOP or KEEP"})};
@@ -272,23 +285,41 @@ void CommandExecutor::probe_changed() {
   }
 }
 
+/// nullopt: its session has ended.
+std::optional<CommandExecutor::Pending> CommandExecutor::take_look(std::uint64_t asker) {
+  const auto found = std::ranges::find(looks_, asker, &Pending::order);
+  if (found == looks_.end()) return std::nullopt;
+  Pending pending = std::move(*found);
+  looks_.erase(found);
+  return pending;
+}
+
+// These answers are neither counted nor audited: nothing was changed, and a volume without a surface or a point
+// without fluid is no wrong request.
+
 void CommandExecutor::survey_answered(const SurveyDesk::Answer& answer) {
   thread_owner_.check();
-  const auto found = std::ranges::find(surveys_, answer.asker, &Pending::order);
-  if (found == surveys_.end()) return;  // its session has ended
-  const Pending pending = std::move(*found);
-  surveys_.erase(found);
-  // Neither counted nor audited: nothing was changed, and a volume without a surface is no wrong request.
+  const auto pending = take_look(answer.asker);
+  if (!pending) return;
   if (answer.reply.has_refused())
-    return pending.answer(refusal({ErrorCode::kUnavailable, answer.reply.refused().message()}));
-  pending.answer({.found = answer.reply.found()});
+    return pending->answer(refusal({ErrorCode::kUnavailable, answer.reply.refused().message()}));
+  pending->answer({.found = answer.reply.found()});
+}
+
+void CommandExecutor::fluid_answered(const FluidDesk::Answer& answer) {
+  thread_owner_.check();
+  const auto pending = take_look(answer.asker);
+  if (!pending) return;
+  if (answer.reply.has_refused())
+    return pending->answer(refusal({ErrorCode::kUnavailable, answer.reply.refused().message()}));
+  pending->answer({.region = answer.reply.found()});
 }
 
 void CommandExecutor::forget(std::uint64_t session) {
   thread_owner_.check();
   const auto is_of_session = [session](const Pending& each) { return each.who.identity.id == session; };
   std::erase_if(probe_changes_, is_of_session);
-  std::erase_if(surveys_, is_of_session);
+  std::erase_if(looks_, is_of_session);
   if (control_.left(session, now_ms())) notify_(Notice::kControl, 0);
 }
 

@@ -34,9 +34,9 @@ class CommandExecutor {
   CommandExecutor(ServerState& state, ControlLease& control, Notify notify)
       : state_(state), control_(control), notify_(std::move(notify)) {}
 
-  /// Carries out a command. `answer` is called before this returns, but for ChangeProbe and FindSurface that
-  /// were not refused at once: then by probe_changed() or survey_answered(), unless the session is forgotten
-  /// before.
+  /// Carries out a command. `answer` is called before this returns, but for ChangeProbe, FindSurface and
+  /// MeasureFluid that were not refused at once: then by probe_changed(), survey_answered() or fluid_answered(), unless
+  /// the session is forgotten before.
   void execute(const Requester& who, const ClientCommand& command, const Answer& answer);
 
   /// Refuses a request that could not be read as a command: counts and audits it. `kind`: what it tried to
@@ -50,6 +50,8 @@ class CommandExecutor {
   void probe_changed();
   /// The renderer has looked for the surface, for an asker other than the server.
   void survey_answered(const SurveyDesk::Answer& answer);
+  /// Fluid was measured.
+  void fluid_answered(const FluidDesk::Answer& answer);
 
   /// The session ends: its answers are not wanted any more, and control is free.
   void forget(std::uint64_t session);
@@ -64,7 +66,7 @@ class CommandExecutor {
   };
   /// An answer that waits.
   struct Pending {
-    std::uint64_t order;  ///< of the probe, or the asker of a survey
+    std::uint64_t order;  ///< of the probe, or the asker of a survey or of a measurement
     Requester who;
     ClientCommand command;
     Answer answer;
@@ -77,6 +79,7 @@ class CommandExecutor {
   Outcome apply(const LeaveView& change, const Requester& who);
   Outcome apply(const ChangeProbe& change, const Requester& who);
   Outcome apply(const FindSurface& command, const Requester& who);
+  Outcome apply(const MeasureFluid& command, const Requester& who);
   Outcome apply(const ControlRecorder& command, const Requester& who);
   Outcome apply(const ControlReplay& command, const Requester& who);
   Outcome apply(const ControlCine& command, const Requester& who);
@@ -90,12 +93,13 @@ class CommandExecutor {
   void finish(const Requester& who, const ClientCommand& command, const Outcome& outcome,
               const Answer& answer, bool control_changed);
   bool acquire(const CommandRule& rule, const SessionIdentity& who);
+  std::optional<Pending> take_look(std::uint64_t asker);
 
   ServerState& state_;
   ControlLease& control_;
   Notify notify_;
   std::list<Pending> probe_changes_;  // in the order of their numbers
-  std::list<Pending> surveys_;
+  std::list<Pending> looks_;  // surveys and measurements
   std::uint64_t last_asker_ = SurveyDesk::kServer;
   [[no_unique_address]] ThreadOwner thread_owner_;
 };

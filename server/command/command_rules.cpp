@@ -34,6 +34,7 @@ constexpr auto kRules = std::to_array<CommandRule>({
      &Counters::probe_refusals, &Counters::probe_changes},
     {"survey", Role::kOperator, kChangeRefusal, kSessionsOnly, Control::kFree, &Counters::survey_refusals,
      nullptr},
+    {"fluid", Role::kViewer, "", kSessionsOnly, Control::kNone, &Counters::fluid_refusals, nullptr},
     {"recording", Role::kOperator, kChangeRefusal, kAnyClient, Control::kFree, &Counters::recording_refusals,
      nullptr},
     {"replay", Role::kOperator, kChangeRefusal, kAnyClient, Control::kFree, &Counters::replay_refusals,

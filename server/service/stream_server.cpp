@@ -37,6 +37,9 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .executor = executor(),
               .find_surface = dependencies.find_surface,
               .survey_answered = [this](const SurveyDesk::Answer& answer) { survey_answered(answer); },
+              .measure_fluid = dependencies.measure_fluid,
+              .fluid_answered =
+                  [this](const FluidDesk::Answer& answer) { commands_.fluid_answered(answer); },
               .presets_changed = [this] { preset_file_.presets_changed(); }}),
       hub_(dependencies.counters,
            {.executor = executor(),
@@ -401,6 +404,7 @@ void StreamServer::start_relay() {
 
 StreamServer::~StreamServer() {
   state_.surveys.stop();
+  state_.fluid.stop();
   if (igtl_) igtl_->end();  // no one waits for a conversion
   rest_api_.abandon();      // its requests hold connections, which must end before the loop
   for (const auto& session : sessions_.all()) session->abandon();

@@ -77,6 +77,7 @@ class StreamServer {
     PipelinePorts ports;
     ServerCounters& counters;
     SurfaceFinder find_surface{};  ///< empty: no surfaces are found
+    FluidMeter measure_fluid{};    ///< empty: no fluid is measured
     IgtlServer::WriteFrame write_frame{};
     Hooks hooks{};
     OpenStillArchive open_archive{};  ///< empty: displays send nothing to an archive

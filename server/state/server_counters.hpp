@@ -47,6 +47,7 @@ struct ServerCounters {
   Counter preset_refusals;      ///< presets that were not saved or removed as was asked for
   Counter cine_refusals;        ///< wishes to freeze, or about the last volumes, that were not granted
   Counter survey_refusals;      ///< requests to find the surface that were refused
+  Counter fluid_refusals;       ///< requests to measure fluid that were refused
   Counter probe_changes;
   Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not accept
 
@@ -138,6 +139,7 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
      &ServerCounters::preset_refusals},
     {"cine_refusals", "Cine requests that were refused", &ServerCounters::cine_refusals},
     {"survey_refusals", "Requests to find the surface that were refused", &ServerCounters::survey_refusals},
+    {"fluid_refusals", "Requests to measure fluid that were refused", &ServerCounters::fluid_refusals},
     {"probe_changes", "Probe settings changed by displays", &ServerCounters::probe_changes},
     {"probe_refusals", "Changes of the probe that were refused", &ServerCounters::probe_refusals},
     {"igtl_clients_opened", "OpenIGTLink clients that connected", &ServerCounters::igtl_clients_opened},

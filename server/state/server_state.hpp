@@ -9,6 +9,7 @@
 #include "proto/exchange/pipeline_ports.hpp"
 #include "server/state/cine_proxy.hpp"
 #include "server/state/default_view.hpp"
+#include "server/state/fluid_desk.hpp"
 #include "server/state/picture_demand.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/picture_times.hpp"
@@ -60,6 +61,8 @@ struct ServerState {
     Executor executor;
     SurfaceFinder find_surface;  ///< empty: no surfaces are found
     std::function<void(const SurveyDesk::Answer&)> survey_answered;
+    FluidMeter measure_fluid;  ///< empty: no fluid is measured
+    std::function<void(const FluidDesk::Answer&)> fluid_answered;
     std::function<void()> presets_changed;  ///< see PresetStore
   };
   ServerState(const Config& config, const Dependencies& dependencies);
@@ -86,6 +89,7 @@ struct ServerState {
   ViewAdmission views;
   VolumeCopier volumes;
   SurveyDesk surveys;
+  FluidDesk fluid;
   RecordingProxy recording;
   ReplayProxy replay;
   CineProxy cine;

@@ -12,7 +12,6 @@ namespace fanlight {
 
 namespace {
 
-constexpr const char* kBusySentence = "the renderer has many requests to carry out, try again in a moment";
 
 v1::SurveyReply reply_of(SurveyDesk::Outcome outcome, const FoundSurface& found) {
   using Outcome = SurveyDesk::Outcome;
@@ -25,7 +24,7 @@ v1::SurveyReply reply_of(SurveyDesk::Outcome outcome, const FoundSurface& found)
       reply.mutable_refused()->set_message("the server has no memory left to look for the surface");
       break;
     case Outcome::kBusy:
-      reply.mutable_refused()->set_message(kBusySentence);
+      reply.mutable_refused()->set_message(kRendererBusySentence);
       break;
     case Outcome::kNoSurface:
       reply.mutable_refused()->set_message(
@@ -56,7 +55,7 @@ Result<void> SurveyDesk::request(std::uint64_t asker) {
     throw;
   }
   requests_.pop_back();
-  return Error{ErrorCode::kUnavailable, kBusySentence};
+  return Error{ErrorCode::kUnavailable, kRendererBusySentence};
 }
 
 bool SurveyDesk::look(const Scene& scene) {

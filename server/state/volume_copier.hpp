@@ -12,6 +12,10 @@
 
 namespace fanlight {
 
+/// Why there is no copy where Outcome is kBusy, or copy() returns false.
+inline constexpr const char* kRendererBusySentence =
+    "the renderer has many requests to carry out, try again in a moment";
+
 /// Gets copies of the volume that the main view shows, for work on other threads. The render thread copies;
 /// it is given the memory. Server thread only.
 class VolumeCopier {

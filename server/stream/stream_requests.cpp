@@ -48,6 +48,8 @@ void StreamRequests::handle(const v1::ClientMessage& message) {
       return change_view(message.view());
     case v1::ClientMessage::kSurvey:
       return find_surface(message.survey());
+    case v1::ClientMessage::kFluid:
+      return measure_fluid(message.fluid());
     case v1::ClientMessage::kRecording:
       return record(message.recording());
     case v1::ClientMessage::kReplay:
@@ -145,6 +147,15 @@ void StreamRequests::change_probe(const v1::ProbeChange& change) {
 void StreamRequests::find_surface(const v1::SurveyRequest& request) {
   execute(FindSurface(), request.request_id(), &v1::ServerMessage::mutable_survey_reply,
           [](v1::SurveyReply& reply, const CommandResult& result) { *reply.mutable_found() = result.found; });
+}
+
+void StreamRequests::measure_fluid(const v1::FluidRequest& request) {
+  const MeasureFluid command{{.volume_id = request.volume_id(),
+                              .at = {request.x_mm(), request.y_mm(), request.z_mm()},
+                              .border_db = request.border_db()}};
+  execute(
+      command, request.request_id(), &v1::ServerMessage::mutable_fluid_reply,
+      [](v1::FluidReply& reply, const CommandResult& result) { *reply.mutable_found() = result.region; });
 }
 
 void StreamRequests::record(const v1::RecordingRequest& request) {

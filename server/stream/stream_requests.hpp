@@ -82,6 +82,7 @@ class StreamRequests {
   void answer_clock(const v1::ClockRequest& request);
   void answer_depth(const v1::DepthRequest& request);
   void find_surface(const v1::SurveyRequest& request);
+  void measure_fluid(const v1::FluidRequest& request);
   void record(const v1::RecordingRequest& request);
   void control_replay(const v1::ReplayRequest& request);
   void control_cine(const v1::CineRequest& request);

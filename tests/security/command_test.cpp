@@ -70,6 +70,7 @@ std::vector<Row> table() {
        })},
       {"survey", FindSurface(), Role::kOperator, true,
        message_of([](auto& message) { message.mutable_survey(); })},
+      {"fluid", MeasureFluid(), Role::kViewer, false, message_of([](auto& message) { message.mutable_fluid(); })},
       {"recording", ControlRecorder{RecordingWish::kStop}, Role::kOperator, true,
        message_of([](auto& message) { message.mutable_recording()->set_wish(v1::RecordingRequest::STOP); }),
        "POST", "/api/recording", R"({"wish": "stop"})"},
@@ -135,6 +136,9 @@ class CommandTest : public testing::Test {
        .executor = [](EncoderLane, const auto&, const auto&) {},
        .find_surface = [](const Volume&, const Scene&, const std::stop_token&) { return std::nullopt; },
        .survey_answered = [](const SurveyDesk::Answer&) {},
+       .measure_fluid = [](const Volume&, const FluidQuestion&,
+                           const std::stop_token&) { return Error{ErrorCode::kUnavailable, "none"}; },
+       .fluid_answered = [](const FluidDesk::Answer&) {},
        .presets_changed = [] {}}};
   ControlLease control_;
   AuditLog log_;
@@ -235,6 +239,33 @@ TEST_F(CommandTest, ASurveyIsAnsweredOnceAndNotAfterItsSession) {
   EXPECT_EQ(counters_.survey_refusals.value(), 0U) << "a volume without a surface is no wrong request";
 }
 
+TEST_F(CommandTest, FluidIsMeasuredForAnyRoleOneRegionAtATime) {
+  std::vector<CommandResult> answers;
+  const auto keep = [&](const CommandResult& result) { answers.push_back(result); };
+  const SessionIdentity identity{
+      .id = 1, .address = "", .principal = Principal{.role = Role::kViewer}, .name = ""};
+  SessionAudit audit(log_, identity);
+  const Requester who{.identity = identity, .audit = audit};
+  executor_.execute(who, MeasureFluid(), keep);
+  EXPECT_TRUE(answers.empty());
+  executor_.execute(who, MeasureFluid(), keep);
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_NE(answers[0].error.message.find("under way"), std::string::npos);
+  EXPECT_EQ(counters_.fluid_refusals.value(), 1U);
+  FluidDesk::Answer answer{.asker = 1, .reply = {}};
+  answer.reply.mutable_found()->set_volume_mm3(1234);
+  executor_.fluid_answered(answer);
+  executor_.fluid_answered(answer);
+  ASSERT_EQ(answers.size(), 2U) << "once";
+  EXPECT_EQ(answers[1].region.volume_mm3(), 1234);
+  executor_.execute(who, MeasureFluid(), keep);
+  executor_.forget(1);
+  answer.asker = 2;
+  executor_.fluid_answered(answer);
+  EXPECT_EQ(answers.size(), 2U) << "not after the session";
+  EXPECT_EQ(counters_.fluid_refusals.value(), 1U) << "a point without fluid is no wrong request";
+}
+
 TEST_F(CommandTest, WhatCannotBeReadIsRefusedForTheRoleFirst) {
   SessionIdentity identity{.id = 0, .address = "", .principal = Principal{.role = Role::kViewer}, .name = ""};
   SessionAudit audit(log_, identity);
@@ -282,6 +313,8 @@ class ServerOfRoles {
           return got->probe_reply().refused().message();
         case v1::ServerMessage::kSurveyReply:
           return got->survey_reply().refused().message();
+        case v1::ServerMessage::kFluidReply:
+          return got->fluid_reply().refused().message();
         case v1::ServerMessage::kRecordingReply:
           return got->recording_reply().refused().message();
         case v1::ServerMessage::kReplayReply:

@@ -27,6 +27,7 @@ double ScannerEcho::spread_mm(const glm::dvec3& normal, const BeamAxes& axes, do
 double ScannerEcho::share(double below_mm, const glm::dvec3& normal, const BeamAxes& axes,
                           double depth_mm) const {
   const double spread = spread_mm(normal, axes, depth_mm);
+  if (is_diffuse && thickness_mm == 0) return std::sqrt(0.5 * std::erfc(-below_mm / spread));
   if (thickness_mm == 0) return 0.5 * std::erfc(-below_mm / (spread * std::numbers::sqrt2));
   // A Gaussian sheet stays one, lower and wider.
   const double sheet = thickness_mm / (2 * std::sqrt(2 * std::numbers::ln2));

@@ -28,6 +28,9 @@ struct ScannerEcho {
   double tissue_grey = 190;  ///< mean echo of tissue
   double contrast_db = 40;   ///< of tissue over fluid
   double noise_db = -52;     ///< of the receiver, over tissue
+  /// Scatterers without order, as in tissue: their powers add, so the power is blurred, by the square of the
+  /// point spread. False: the amplitude is blurred, as of a smooth border.
+  bool is_diffuse = false;
   double thickness_mm =
       0;  ///< full width at half maximum of a bright sheet in fluid; 0: tissue fills what is below
 

@@ -55,6 +55,8 @@ class ServerFixture {
                  .counters = counters_,
                  .find_surface = [this](const Volume&, const Scene& scene,
                                         const std::stop_token&) { return find_surface(scene); },
+                 .measure_fluid = [](const Volume&, const FluidQuestion& question,
+                                     const std::stop_token&) { return made_region(question); },
                  .open_archive = open_archive});
     if (!server) throw std::runtime_error(server.error().message);
     server_ = std::move(*server);
@@ -199,6 +201,19 @@ class ServerFixture {
     } while (outcome == VolumeAnswer::Outcome::kTooSmall);
   }
 
+  /// As the render thread: answers the next orders for the volume that is shown until it is copied. The meter of fluid
+  /// then finds a region whose volume is the question's x, or none where that is negative.
+  void answer_fluid(std::uint64_t shown_volume_id) {
+    Volume volume(FanGeometry{.columns = 2, .rows = 2}, 1);
+    volume.stamp().volume_id = shown_volume_id;
+    VolumeAnswer::Outcome outcome{};
+    do {
+      VolumeAnswer answer = answer_to(next_order<VolumeOrder>(), &volume);
+      outcome = answer.outcome;
+      link_.answer(std::move(answer));
+    } while (outcome == VolumeAnswer::Outcome::kTooSmall);
+  }
+
   /// Blocks until the server has an order for the recorder, and returns it.
   RecordingOrder next_recording_order() {
     for (;;) {
@@ -224,6 +239,12 @@ class ServerFixture {
   }
 
  private:
+  static Result<v1::FluidRegion> made_region(const FluidQuestion& question) {
+    if (question.at.x_mm < 0) return Error{ErrorCode::kInvalidArgument, "this point is not in fluid"};
+    v1::FluidRegion region;
+    region.set_volume_mm3(question.at.x_mm);
+    return region;
+  }
   std::optional<FoundSurface> find_surface(const Scene& scene) {
     const std::lock_guard lock(find_mutex_);
     return find_ ? find_(scene) : std::nullopt;
