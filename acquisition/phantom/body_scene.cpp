@@ -223,7 +223,8 @@ BodyScene::Lines BodyScene::in_bodies(const Poses& poses, const Line& line) cons
     const float beside_mm = glm::length(glm::cross(to_middle, lines[body].along));
     lines[body].passes = beside_mm < surface.radius_mm() + kNearMm;
   }
-  lines[kMostBodies] = {.from_mm = line.from_mm - far_wall_.middle_mm, .along = line.along, .across = line.across};
+  lines[kMostBodies] = {
+      .from_mm = line.from_mm - far_wall_.middle_mm, .along = line.along, .across = line.across};
   return lines;
 }
 

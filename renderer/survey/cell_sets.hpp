@@ -37,8 +37,8 @@ void each_neighbour(const CellBox& box, std::size_t index, Visit visit) {
   if (at.k + 1 < box.size[2]) visit(index + slice);
 }
 
-/// How many steps each cell of the set is from the nearest cell that is not in it: 1 to `most`, which stands for
-/// more too; 0 for cells that are not in it. `most`: 1 to 255.
+/// How many steps each cell of the set is from the nearest cell that is not in it: 1 to `most`, which stands
+/// for more too; 0 for cells that are not in it. `most`: 1 to 255.
 Cells steps_within(const CellBox& box, const Cells& cells, std::uint32_t most);
 
 /// `from`, and the cells of `may` that at most `most` steps through `may` lead to.

@@ -10,7 +10,8 @@ namespace fanlight {
 double amplitude_ratio(double decibels);
 
 /// From the grey levels of log-compressed frames to amplitudes of the echo, in any unit. How many grey levels
-/// a decibel has, the speckle says; without log compression, or without speckle, a grey level is an amplitude.
+/// a decibel has, the speckle says; without log compression, or without speckle, a grey level is an
+/// amplitude.
 class EchoAmplitude {
  public:
   explicit EchoAmplitude(const EchoLevels& levels);

@@ -43,9 +43,7 @@ double EchoGrid::level(double i, double j, double k) const {
   const std::size_t row = box.size[0];
   const std::size_t slice = row * box.size[1];
   const float* const corner = &levels[box.index(i0, j0, k0)];
-  const auto along_i = [&](const float* from) {
-    return std::lerp(double{from[0]}, double{from[1]}, i - i0);
-  };
+  const auto along_i = [&](const float* from) { return std::lerp(double{from[0]}, double{from[1]}, i - i0); };
   const double near = std::lerp(along_i(corner), along_i(corner + row), j - j0);
   const double far = std::lerp(along_i(corner + slice), along_i(corner + slice + row), j - j0);
   return std::lerp(near, far, k - k0);

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 
 #include "renderer/survey/cell_sets.hpp"
 #include "renderer/survey/echo_amplitude.hpp"
@@ -18,24 +17,31 @@ namespace fanlight {
 
 namespace {
 
-// The first grid, of the whole reach, finds the region; a second one, as fine as the region is small, measures.
+// The first grid, of the whole reach, finds the region; a second one, as fine as the region is small,
+// measures.
 constexpr double kCoarseMm = 0.8;
 constexpr double kFinestMm = 0.15;
 constexpr double kCellsAcrossRegion = 88;
-constexpr double kAroundMm = 7;        // of the second grid, around the region: where the wall's level is taken
-constexpr double kGrowthMm = 3;        // in a round
-constexpr double kNeckMm = 1.5;        // half of the width of an opening that is closed
-constexpr double kBorderDb = 4.4;         // half of the amplitude
-constexpr double kFirstBorderDb = 12;
+constexpr double kAroundMm = 7;  // of the second grid, around the region: where the wall's level is taken
+constexpr int kFluidSmoothings = 2;
+
+// Below the wall. At a border of scatterers without order, whose powers add, a beam leaves half of the power,
+// 3 dB; of amplitudes half, 6 dB. The deviation stands for the way between.
+constexpr double kBorderDb = 4.4;
 constexpr double kDeviationDb = 1.5;
+constexpr double kFirstBorderDb = 12;  // what is dark without doubt
 constexpr double kFirstWallMm = 25;    // around the seed
 constexpr double kFirstWallShare = 0.8;
-constexpr int kFluidSmoothings = 2;
-constexpr int kRounds = 4;
-constexpr int kPoints = 4;             // of a cell that the border crosses, in each direction
 
-/// The region of cells that are darker than `border` around the seed's, among those of `may`; empty where the seed's
-/// is not dark. A region that is connected through a neck narrower than `neck` cells to each side ends there.
+constexpr double kGrowthMm = 3;  // in a round
+constexpr double kNeckMm = 1.5;  // half of the width of an opening that is closed
+constexpr int kRounds = 4;
+constexpr double kMostLastGrowth = 1.2;  // more: no border holds
+constexpr int kPoints = 4;               // of a cell that the border crosses, in each direction
+
+/// The region of cells that are darker than `border` around the seed's, among those of `may`; empty where the
+/// seed's is not dark. A region that is connected through a neck narrower than `neck` cells to each side ends
+/// there.
 Cells grown(const EchoGrid& grid, std::size_t seed, double border, std::uint32_t neck, const Cells& may) {
   const CellBox& box = grid.box;
   Cells dark(may);
@@ -54,7 +60,8 @@ Cells grown(const EchoGrid& grid, std::size_t seed, double border, std::uint32_t
 /// The level that a share of the values lies below; 0 where there are none.
 double quantile(std::vector<float>& values, double share) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::ranges::nth_element(values, at);
   return *at;
 }
@@ -64,7 +71,9 @@ double first_wall_amplitude(const EchoGrid& grid, const Cell& seed) {
   const auto reach = static_cast<std::uint32_t>(kFirstWallMm / grid.box.step_mm);
   std::vector<float> amplitudes;
   const auto from = [&](std::uint32_t at) { return at > reach ? at - reach : 0; };
-  const auto to = [&](std::uint32_t at, std::size_t axis) { return std::min(at + reach + 1, grid.box.size[axis]); };
+  const auto to = [&](std::uint32_t at, std::size_t axis) {
+    return std::min(at + reach + 1, grid.box.size[axis]);
+  };
   for (std::uint32_t k = from(seed.k); k < to(seed.k, 2); ++k) {
     for (std::uint32_t j = from(seed.j); j < to(seed.j, 1); ++j) {
       for (std::uint32_t i = from(seed.i); i < to(seed.i, 0); ++i) {
@@ -123,14 +132,17 @@ double volume_cells(const EchoGrid& grid, const Cells& region, double border) {
           continue;
         }
         for (std::uint32_t corner = 0; corner < 8; ++corner)
-          corners[corner] = depths.at(box.index(i + (corner & 1U), j + (corner >> 1U & 1U), k + (corner >> 2U)));
+          corners[corner] =
+              depths.at(box.index(i + (corner & 1U), j + (corner >> 1U & 1U), k + (corner >> 2U)));
         int points = 0;
         for (int point = 0; point < kPoints * kPoints * kPoints; ++point) {
           const double x = (point % kPoints + 0.5) / kPoints;
           const double y = (point / kPoints % kPoints + 0.5) / kPoints;
           const double z = (point / (kPoints * kPoints) + 0.5) / kPoints;
-          const auto lower = std::lerp(std::lerp(corners[0], corners[1], x), std::lerp(corners[2], corners[3], x), y);
-          const auto upper = std::lerp(std::lerp(corners[4], corners[5], x), std::lerp(corners[6], corners[7], x), y);
+          const auto lower =
+              std::lerp(std::lerp(corners[0], corners[1], x), std::lerp(corners[2], corners[3], x), y);
+          const auto upper =
+              std::lerp(std::lerp(corners[4], corners[5], x), std::lerp(corners[6], corners[7], x), y);
           points += std::lerp(lower, upper, z) > 0 ? 1 : 0;
         }
         cells += points / double{kPoints * kPoints * kPoints};
@@ -143,7 +155,7 @@ double volume_cells(const EchoGrid& grid, const Cells& region, double border) {
 struct CellExtent {
   std::array<std::uint32_t, 3> first{~0U, ~0U, ~0U};
   std::array<std::uint32_t, 3> last{};
-  bool touches_side = false;       // of the grid
+  bool touches_side = false;  // of the grid
   bool touches_unscanned = false;
 };
 
@@ -166,17 +178,22 @@ CellExtent extent_of(const EchoGrid& grid, const Cells& region) {
 
 Error not_closed(const CellExtent& extent) {
   if (extent.touches_unscanned) {
-    return {ErrorCode::kInvalidArgument,
-            "the fluid reaches the border of what was scanned, expected a region that tissue closes all around"};
+    return {
+        ErrorCode::kInvalidArgument,
+        "the fluid reaches the border of what was scanned, expected a region that tissue closes all around"};
   }
   return {ErrorCode::kInvalidArgument,
           fmt::format("the fluid reaches farther than {} mm from this point, expected a smaller region",
                       kMostFluidReachMm)};
 }
 
+Error not_fluid() {
+  return {ErrorCode::kInvalidArgument, "this point is not in fluid, expected a darker one"};
+}
+
 /// A region on a grid.
 struct Found {
-  EchoGrid grid;      // amplitudes, as shares of the wall's
+  EchoGrid grid;  // amplitudes, as shares of the wall's
   Cells region;
   double border = 0;  // in the grid
   double fluid = 0;   // mean amplitude
@@ -188,9 +205,9 @@ std::uint32_t neck_cells(const CellBox& box) {
 }
 
 /// The region in a box. The level of its border follows from the tissue around it, which follows from the
-/// region: so it is grown several times. nullopt: the seed is not in fluid.
-std::optional<Found> found_in(const Volume& volume, const CellBox& box, const FluidSeed& seed,
-                              const EchoAmplitude& amplitudes) {
+/// region: so it is grown several times. Errors: the seed is not in fluid; there is no border that holds.
+Result<Found> found_in(const Volume& volume, const CellBox& box, const FluidSeed& seed,
+                       const EchoAmplitude& amplitudes) {
   Found found{.grid = sampled(volume, box)};
   amplitudes.replace(found.grid);
   for (int count = 0; count < kFluidSmoothings; ++count) smooth(found.grid);
@@ -205,13 +222,19 @@ std::optional<Found> found_in(const Volume& volume, const CellBox& box, const Fl
   // First what is dark without doubt.
   found.border = found.wall * amplitude_ratio(std::min(seed.border_db, 0.0) - kFirstBorderDb);
   Cells may(found.grid.levels.size(), 1);
+  std::size_t cells_before = 0;
   for (int round = 0; round < kRounds; ++round) {
     found.region = grown(found.grid, index, found.border, neck_cells(box), may);
-    if (found.region.empty()) return std::nullopt;
-    if (round + 1 == kRounds) break;
+    if (found.region.empty()) return not_fluid();
+    const auto cells = static_cast<std::size_t>(std::ranges::count(found.region, 1));
+    const bool is_last = round + 1 == kRounds;
+    if (is_last && static_cast<double>(cells) > kMostLastGrowth * static_cast<double>(cells_before))
+      return Error{ErrorCode::kInvalidArgument, "the fluid has no clear border all around, expected one"};
+    if (is_last) break;
+    cells_before = cells;
     const double fluid = mean_amplitude(found.grid, found.region);
     const double wall = flatten_wall(found.grid, found.region);
-    if (wall <= fluid) return std::nullopt;
+    if (wall <= fluid) return not_fluid();
     found.wall = round == 0 ? wall : found.wall * wall;
     found.border = amplitude_ratio(seed.border_db - kBorderDb);
     // Farther away the tissue may be as dark as this border: it is not known there.
@@ -228,7 +251,8 @@ double volume_mm3(const Found& found, double border_db) {
   const CellBox& box = found.grid.box;
   const double border = found.border * amplitude_ratio(border_db);
   Cells dark(found.region.size());
-  for (std::size_t index = 0; index < dark.size(); ++index) dark[index] = found.grid.levels[index] < border ? 1 : 0;
+  for (std::size_t index = 0; index < dark.size(); ++index)
+    dark[index] = found.grid.levels[index] < border ? 1 : 0;
   std::vector<std::size_t> from;
   for (std::size_t index = 0; index < dark.size(); ++index)
     if (found.region[index] != 0 && dark[index] != 0) from.push_back(index);
@@ -257,8 +281,11 @@ void draw_border(const Found& found, const CellExtent& extent, FluidRegion& to) 
     to.box.size[axis] = static_cast<std::uint32_t>(cells[axis] / stride) + 1;
   EchoGrid depths{.box = from, .levels = std::vector<float>(from.cells()), .scanned = {}};
   const Depths below{found.grid, found.region, found.border};
+  // Farther out nothing is drawn, however dark it is.
+  constexpr std::size_t kNearSteps = 3;
+  const Cells near = spread(from, indices_of(found.region), Cells(from.cells(), 1), kNearSteps);
   for (std::size_t index = 0; index < from.cells(); ++index)
-    depths.levels[index] = static_cast<float>(below.at(index));
+    depths.levels[index] = static_cast<float>(near[index] != 0 ? below.at(index) : -found.border);
   // The whole way from fluid to border is as much as the scale has.
   const double per_level = 127 / found.border;
   to.depths.resize(to.box.cells());
@@ -266,9 +293,10 @@ void draw_border(const Found& found, const CellExtent& extent, FluidRegion& to) 
   for (std::uint32_t k = 0; k < to.box.size[2]; ++k) {
     for (std::uint32_t j = 0; j < to.box.size[1]; ++j) {
       for (std::uint32_t i = 0; i < to.box.size[0]; ++i, ++cell) {
-        const double level = depths.level(first[0] + i * stride, first[1] + j * stride, first[2] + k * stride);
+        const double level =
+            depths.level(first[0] + i * stride, first[1] + j * stride, first[2] + k * stride);
         to.depths[cell] = static_cast<std::uint8_t>(
-            std::lround(std::clamp(FluidRegion::kBorder + level * per_level, 0.0, 255.0)));
+            std::floor(std::clamp(FluidRegion::kBorder + level * per_level, 0.0, 255.0)));
       }
     }
   }
@@ -294,10 +322,9 @@ Result<FluidRegion> grown_fluid(const Volume& volume, const FluidSeed& seed, con
   if (volume.stamp().frames < 2)
     return Error{ErrorCode::kUnavailable, "this volume has one frame, expected two or more"};
   const EchoLevels levels = measured_levels(volume);
-  const Error not_fluid{ErrorCode::kInvalidArgument, "this point is not in fluid, expected a darker one"};
   const EchoAmplitude amplitudes(levels);
   auto found = found_in(volume, box_around(seed.at, kMostFluidReachMm, kCoarseMm), seed, amplitudes);
-  if (!found) return not_fluid;
+  if (!found) return found.error();
   if (stop.stop_requested()) return Error{ErrorCode::kStopped, "the measurement was stopped"};
   CellExtent extent = extent_of(found->grid, found->region);
   if (extent.touches_side || extent.touches_unscanned) return not_closed(extent);
@@ -307,16 +334,17 @@ Result<FluidRegion> grown_fluid(const Volume& volume, const FluidSeed& seed, con
   const double step_mm = std::max(kFinestMm, longest_mm / kCellsAcrossRegion);
   if (step_mm < kCoarseMm) {
     found = found_in(volume, box_of(found->grid.box, extent, step_mm), seed, amplitudes);
-    if (!found) return not_fluid;
+    if (!found) return found.error();
     extent = extent_of(found->grid, found->region);
     if (extent.touches_side || extent.touches_unscanned) return not_closed(extent);
   }
   if (stop.stop_requested()) return Error{ErrorCode::kStopped, "the measurement was stopped"};
-  FluidRegion region{.volume_mm3 = volume_mm3(*found, 0),
-                     .deviation_mm3 = (volume_mm3(*found, kDeviationDb) - volume_mm3(*found, -kDeviationDb)) / 2,
-                     .fluid_level = amplitudes.grey(found->fluid),
-                     .border_level = amplitudes.grey(found->border * found->wall),
-                     .wall_level = amplitudes.grey(found->wall)};
+  FluidRegion region{
+      .volume_mm3 = volume_mm3(*found, 0),
+      .deviation_mm3 = (volume_mm3(*found, kDeviationDb) - volume_mm3(*found, -kDeviationDb)) / 2,
+      .fluid_level = amplitudes.grey(found->fluid),
+      .border_level = amplitudes.grey(found->border * found->wall),
+      .wall_level = amplitudes.grey(found->wall)};
   draw_border(*found, extent, region);
   return region;
 }

@@ -15,32 +15,33 @@ namespace fanlight {
 /// A region of fluid, closed all around by tissue: its volume and its border.
 struct FluidRegion {
   double volume_mm3 = 0;
-  double deviation_mm3 = 0;  ///< of the volume, by a border whose level is uncertain by 3 dB
-  double fluid_level = 0;    ///< mean grey level inside
-  double border_level = 0;   ///< grey level of the border
-  double wall_level = 0;     ///< median grey level of the tissue around
+  double deviation_mm3 =
+      0;                    ///< what the volume changes by where the border's level is 1.5 dB higher or lower
+  double fluid_level = 0;   ///< mean grey level inside
+  double border_level = 0;  ///< grey level of the border
+  double wall_level = 0;    ///< median grey level of the tissue around
   /// The border in space, for drawing: it lies where `depths`, interpolated between the centres of the cells,
   /// pass through kBorder. Larger inside.
   CellBox box;
-  std::vector<std::uint8_t> depths;  ///< of each cell; 1 is step_mm / 64
+  std::vector<std::uint8_t> depths;  ///< of each cell
   static constexpr std::uint8_t kBorder = 128;
   static constexpr std::uint32_t kMostCellsASide = 48;  ///< of `box`
 };
 
 /// What is grown.
 struct FluidSeed {
-  Point at;              ///< in the fluid, transducer frame
-  double border_db = 0;  ///< moves the level of the border, -kMostBorderDb to kMostBorderDb: up for a larger region
+  Point at;  ///< in the fluid, transducer frame
+  double border_db =
+      0;  ///< moves the level of the border, -kMostBorderDb to kMostBorderDb: up for a larger region
 };
 inline constexpr double kMostBorderDb = 12;
 
-/// Grows the region of fluid that holds the seed, as far as kMostFluidReachMm from it. The border lies where
-/// the echo has fallen to half of the amplitude of the tissue around, 6 dB: at a plane border a beam that
-/// blurs before the compression has this level at the true place (renderer/ALGORITHM.md, fluid regions).
-/// Openings that are narrower than about 3 mm are closed.
+/// Grows the region of fluid that holds the seed, as far as kMostFluidReachMm from it, to where the echo
+/// is 4.4 dB below the wall on that side (renderer/ALGORITHM.md, fluid regions). Openings that are narrower
+/// than about 3 mm are closed.
 ///
 /// Errors, each with a sentence for people: kInvalidArgument: the seed is not in fluid, or the region is not
-/// closed; kUnavailable: the frames do not show what is fluid; kStopped. Takes up to a few seconds, and a
+/// closed; kUnavailable: fewer than two frames; kStopped. Takes up to a few seconds, and a
 /// hundred megabytes; std::bad_alloc where there is no memory. Any thread.
 Result<FluidRegion> grown_fluid(const Volume& volume, const FluidSeed& seed, const std::stop_token& stop);
 

@@ -11,9 +11,9 @@ namespace fanlight {
 
 namespace {
 
-constexpr double kAroundRegionMm = 4;       // thickness of what counts as wall
+constexpr double kAroundRegionMm = 4;  // thickness of what counts as wall
 constexpr double kMeanOverMm = 1;      // of each mean
-constexpr double kLeastRatio = 0.35;  // of a direction's level to that of all
+constexpr double kLeastRatio = 0.35;   // of a direction's level to that of all
 constexpr double kMostRatio = 4;
 constexpr std::size_t kDirections = 26;
 

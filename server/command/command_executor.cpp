@@ -184,8 +184,9 @@ CommandExecutor::Outcome CommandExecutor::apply(const MeasureFluid& command, con
     return each.who.identity.id == who.identity.id && std::holds_alternative<MeasureFluid>(each.command);
   });
   if (is_under_way) {
-    return {.result = refusal({ErrorCode::kUnavailable,
-                               "this session's last measurement of fluid is under way, expected a later one"})};
+    return {.result =
+                refusal({ErrorCode::kUnavailable,
+                         "this session's last measurement of fluid is under way, expected a later one"})};
   }
   const auto requested = state_.fluid.request(last_asker_ + 1, command.question);
   if (!requested) return {.result = refusal(requested.error())};
@@ -294,8 +295,8 @@ std::optional<CommandExecutor::Pending> CommandExecutor::take_look(std::uint64_t
   return pending;
 }
 
-// These answers are neither counted nor audited: nothing was changed, and a volume without a surface or a point
-// without fluid is no wrong request.
+// These answers are neither counted nor audited: nothing was changed, and a volume without a surface or a
+// point without fluid is no wrong request.
 
 void CommandExecutor::survey_answered(const SurveyDesk::Answer& answer) {
   thread_owner_.check();

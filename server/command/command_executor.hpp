@@ -35,8 +35,8 @@ class CommandExecutor {
       : state_(state), control_(control), notify_(std::move(notify)) {}
 
   /// Carries out a command. `answer` is called before this returns, but for ChangeProbe, FindSurface and
-  /// MeasureFluid that were not refused at once: then by probe_changed(), survey_answered() or fluid_answered(), unless
-  /// the session is forgotten before.
+  /// MeasureFluid that were not refused at once: then by probe_changed(), survey_answered() or
+  /// fluid_answered(), unless the session is forgotten before.
   void execute(const Requester& who, const ClientCommand& command, const Answer& answer);
 
   /// Refuses a request that could not be read as a command: counts and audits it. `kind`: what it tried to
@@ -99,7 +99,7 @@ class CommandExecutor {
   ControlLease& control_;
   Notify notify_;
   std::list<Pending> probe_changes_;  // in the order of their numbers
-  std::list<Pending> looks_;  // surveys and measurements
+  std::list<Pending> looks_;          // surveys and measurements
   std::uint64_t last_asker_ = SurveyDesk::kServer;
   [[no_unique_address]] ThreadOwner thread_owner_;
 };

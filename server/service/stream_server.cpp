@@ -38,8 +38,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .find_surface = dependencies.find_surface,
               .survey_answered = [this](const SurveyDesk::Answer& answer) { survey_answered(answer); },
               .measure_fluid = dependencies.measure_fluid,
-              .fluid_answered =
-                  [this](const FluidDesk::Answer& answer) { commands_.fluid_answered(answer); },
+              .fluid_answered = [this](const FluidDesk::Answer& answer) { commands_.fluid_answered(answer); },
               .presets_changed = [this] { preset_file_.presets_changed(); }}),
       hub_(dependencies.counters,
            {.executor = executor(),

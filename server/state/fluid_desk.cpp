@@ -17,8 +17,9 @@ constexpr const char* kNoMemorySentence = "the server has no memory left to meas
 Result<void> check(const FluidQuestion& question) {
   for (const double mm : {question.at.x_mm, question.at.y_mm, question.at.z_mm}) {
     if (!(std::abs(mm) <= kMostMm)) {
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("the point lies at {} mm, expected at most {} mm to either side", mm, kMostMm)};
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("the point lies at {} mm, expected at most {} mm to either side", mm, kMostMm)};
     }
   }
   if (!(std::abs(question.border_db) <= kMostShiftDb)) {
@@ -57,9 +58,8 @@ Result<void> FluidDesk::request(std::uint64_t asker, const FluidQuestion& questi
 
 /// Begins what waits first. False: the renderer has too many orders.
 bool FluidDesk::begin() {
-  is_busy_ = dependencies_.volumes.copy(EncoderLane::kBackground, copy_, [this](VolumeCopier::Copy copy) {
-    copied(std::move(copy));
-  });
+  is_busy_ = dependencies_.volumes.copy(EncoderLane::kBackground, copy_,
+                                        [this](VolumeCopier::Copy copy) { copied(std::move(copy)); });
   return is_busy_;
 }
 

@@ -25,12 +25,13 @@ struct FluidQuestion {
   Point at;                     ///< transducer frame
   double border_db = 0;         ///< moves the border's level; positive: a larger region
 };
-/// Measures the region of fluid that holds the point. Any thread; may take seconds. std::bad_alloc: no memory.
+/// Measures the region of fluid that holds the point. Any thread; may take seconds. std::bad_alloc: no
+/// memory.
 using FluidMeter = std::function<Result<v1::FluidRegion>(const Volume& volume, const FluidQuestion& question,
                                                          const std::stop_token& stop)>;
 
-/// Measures fluid in the volume that is shown, for clients: on a thread of the background lane, one region after the
-/// other. Server thread only.
+/// Measures fluid in the volume that is shown, for clients: on a thread of the background lane, one region
+/// after the other. Server thread only.
 class FluidDesk {
  public:
   static constexpr std::size_t kMostRequests = 8;  ///< that wait for an answer
@@ -48,8 +49,8 @@ class FluidDesk {
   };
   explicit FluidDesk(Dependencies dependencies) : dependencies_(std::move(dependencies)) {}
 
-  /// Answered later. `asker`: any number. Errors, kUnavailable: too many requests wait, or this server measures no
-  /// fluid; kInvalidArgument: a number is not finite or out of range.
+  /// Answered later. `asker`: any number. Errors, kUnavailable: too many requests wait, or this server
+  /// measures no fluid; kInvalidArgument: a number is not finite or out of range.
   Result<void> request(std::uint64_t asker, const FluidQuestion& question);
 
   /// The measurement under way ends soon. Call it before the end of the executor's threads.

@@ -12,7 +12,6 @@ namespace fanlight {
 
 namespace {
 
-
 v1::SurveyReply reply_of(SurveyDesk::Outcome outcome, const FoundSurface& found) {
   using Outcome = SurveyDesk::Outcome;
   v1::SurveyReply reply;

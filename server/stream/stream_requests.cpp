@@ -153,9 +153,8 @@ void StreamRequests::measure_fluid(const v1::FluidRequest& request) {
   const MeasureFluid command{{.volume_id = request.volume_id(),
                               .at = {request.x_mm(), request.y_mm(), request.z_mm()},
                               .border_db = request.border_db()}};
-  execute(
-      command, request.request_id(), &v1::ServerMessage::mutable_fluid_reply,
-      [](v1::FluidReply& reply, const CommandResult& result) { *reply.mutable_found() = result.region; });
+  execute(command, request.request_id(), &v1::ServerMessage::mutable_fluid_reply,
+          [](v1::FluidReply& reply, const CommandResult& result) { *reply.mutable_found() = result.region; });
 }
 
 void StreamRequests::record(const v1::RecordingRequest& request) {

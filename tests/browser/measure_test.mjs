@@ -6,7 +6,7 @@ import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import AxeBuilder from "@axe-core/playwright";
 import { until } from "./viewer_page.mjs";
-import { withStillPage } from "./with_page.mjs";
+import { withPage, withStillPage } from "./with_page.mjs";
 
 /** The place on the page of shares of the picture's width and height. */
 async function placeOf(viewer, right, down) {
@@ -184,6 +184,84 @@ test("distances, angles and ellipses are measured in a plane, which shows them, 
     await viewer.page.mouse.dblclick(...(await placeOf(viewer, 0.45, 0.55)));
     assert.match(await listHas(viewer, 5), /cm² flat area/);
     await viewer.screenshot("measured-surface-list");
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+/** The cubic centimetres that the page says at the bottom. */
+async function saidCm3(viewer) {
+  const said = await until(
+    "a volume",
+    () => viewer.page.locator("#measured").textContent(),
+    (text) => /[\d.]+ ± [\d.]+ cm³/.test(text) || text.startsWith("No volume"),
+  );
+  return Number(/^([\d.]+) ± /.exec(said)?.[1]);
+}
+
+test("fluid is measured from a point in it, and kept once its border is accepted", async () => {
+  // A sphere of 20 mm radius around (0, 75, 0).
+  const trueCm3 = ((4 / 3) * Math.PI * 20 ** 3) / 1000;
+  await withPage("fluid-volume", "phantom:scene=cyst,volumes=1,rate=60", async (viewer) => {
+    await begin(viewer, "4");
+    await viewer.page.locator("#measure-kind").selectOption("fluid");
+    const said = () => viewer.page.locator("#measured").textContent();
+    assert.match(await said(), /Click inside the fluid, in a plane/);
+    const { width, height } = await viewer.page.locator("#picture").boundingBox();
+    const mmPerHeight = await heightMm(viewer, 2);
+    const target = [await viewer.field("camera.target_x_mm"), await viewer.field("camera.target_y_mm")];
+    // Plane A: x to the right, depth downwards.
+    const inPlaneA = (x, y) => [
+      0.25 + ((x - target[0]) / mmPerHeight) * (height / width),
+      0.25 + (y - target[1]) / mmPerHeight,
+    ];
+    await clickAt(viewer, [[0.75, 0.75]]);
+    assert.match(await said(), /Click inside the fluid, in a plane/, "not on the surface");
+    await clickAt(viewer, [inPlaneA(4, 71)]);
+    const cm3 = await saidCm3(viewer);
+    assert.ok(Math.abs(cm3 / trueCm3 - 1) < 0.02, `${cm3} cm³, not ${trueCm3}`);
+    const borders = viewer.page.locator("#measurement path.region");
+    assert.equal(await borders.count(), 3, "planes A, B and C pass through it");
+    await viewer.screenshot("fluid-border");
+    // Where the border is drawn: the circle in which plane A cuts the sphere, of at most 40 mm.
+    const drawnHeight = 512; // of the picture, in the units of what is drawn over it
+    const acrossMm = ((await borders.first().evaluate((path) => path.getBBox().width)) / drawnHeight) * mmPerHeight;
+    assert.ok(acrossMm > 30 && acrossMm < 41, `${acrossMm} mm across`);
+    assert.equal(await viewer.page.locator("#measurements").isVisible(), false, "nothing is kept yet");
+
+    const tighter = viewer.page.locator("#fluid-tighter");
+    await tighter.focus();
+    await viewer.page.keyboard.press("Enter");
+    await until("a tighter border", said, (text) => text.includes("border −1.5 dB"));
+    assert.ok((await saidCm3(viewer)) < cm3);
+    await viewer.page.locator("#fluid-wider").click();
+    await until("the border before", said, (text) => /cm³\. Keep it/.test(text));
+    assert.equal(await saidCm3(viewer), cm3);
+    const { violations } = await new AxeBuilder({ page: viewer.page })
+      .setLegacyMode(true) // see controls_test.mjs
+      .withTags(["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"])
+      .include("#measuring")
+      .analyze();
+    assert.deepEqual(
+      violations.map(({ id }) => id),
+      [],
+    );
+    await viewer.page.locator("#keep-fluid").focus();
+    await viewer.page.keyboard.press("Enter");
+    assert.match(await listHas(viewer, 1), new RegExp(`Fluid around a point in plane A\\s+${cm3.toFixed(2)} ± `));
+    assert.equal(await viewer.page.locator("#fluid-bar").isVisible(), false);
+    assert.equal(await viewer.page.evaluate(() => document.activeElement?.id), "measure-kind");
+    assert.ok((await borders.count()) >= 1, "it stays in the planes");
+    const download = viewer.page.waitForEvent("download");
+    await viewer.page.locator("#save-measurements").click();
+    const rows = (await readFile(await (await download).path(), "utf8")).trim().split("\r\n");
+    assert.match(rows.at(-1), /^1,fluid,volume,3\d\.\d+,cm3,[\d.]+,around a point in plane A,\d+,/);
+
+    await clickAt(viewer, [inPlaneA(24, 75)]);
+    await until("a refusal", said, (text) => text.startsWith("No volume: this point is not in fluid"));
+    await clickAt(viewer, [inPlaneA(0, 75)]);
+    await saidCm3(viewer);
+    await viewer.page.locator("#drop-fluid").click();
+    assert.equal((await listed(viewer)).length, 1);
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });

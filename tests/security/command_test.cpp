@@ -70,7 +70,8 @@ std::vector<Row> table() {
        })},
       {"survey", FindSurface(), Role::kOperator, true,
        message_of([](auto& message) { message.mutable_survey(); })},
-      {"fluid", MeasureFluid(), Role::kViewer, false, message_of([](auto& message) { message.mutable_fluid(); })},
+      {"fluid", MeasureFluid(), Role::kViewer, false,
+       message_of([](auto& message) { message.mutable_fluid(); })},
       {"recording", ControlRecorder{RecordingWish::kStop}, Role::kOperator, true,
        message_of([](auto& message) { message.mutable_recording()->set_wish(v1::RecordingRequest::STOP); }),
        "POST", "/api/recording", R"({"wish": "stop"})"},
@@ -136,8 +137,10 @@ class CommandTest : public testing::Test {
        .executor = [](EncoderLane, const auto&, const auto&) {},
        .find_surface = [](const Volume&, const Scene&, const std::stop_token&) { return std::nullopt; },
        .survey_answered = [](const SurveyDesk::Answer&) {},
-       .measure_fluid = [](const Volume&, const FluidQuestion&,
-                           const std::stop_token&) { return Error{ErrorCode::kUnavailable, "none"}; },
+       .measure_fluid =
+           [](const Volume&, const FluidQuestion&, const std::stop_token&) {
+             return Error{ErrorCode::kUnavailable, "none"};
+           },
        .fluid_answered = [](const FluidDesk::Answer&) {},
        .presets_changed = [] {}}};
   ControlLease control_;

@@ -464,8 +464,9 @@ TEST(Stream, RefusesToMeasureFluidAtNoPlaceOrForACrowd) {
     wait_until_taken(*crowd.back());
   }
   display.send(fluid_at(1, 7, 9));
-  EXPECT_NE(display.next(Body::kFluidReply).fluid_reply().refused().message().find("measurements of fluid wait"),
-            std::string::npos);
+  EXPECT_NE(
+      display.next(Body::kFluidReply).fluid_reply().refused().message().find("measurements of fluid wait"),
+      std::string::npos);
   crowd.erase(crowd.begin() + 1);  // one that waits goes
   for (std::size_t count = 0; count < FluidDesk::kMostRequests; ++count) fixture.answer_fluid(7);
   EXPECT_TRUE(crowd.back()->next(Body::kFluidReply).fluid_reply().has_found());

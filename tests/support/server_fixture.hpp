@@ -201,8 +201,8 @@ class ServerFixture {
     } while (outcome == VolumeAnswer::Outcome::kTooSmall);
   }
 
-  /// As the render thread: answers the next orders for the volume that is shown until it is copied. The meter of fluid
-  /// then finds a region whose volume is the question's x, or none where that is negative.
+  /// As the render thread: answers the next orders for the volume that is shown until it is copied. The meter
+  /// of fluid then finds a region whose volume is the question's x, or none where that is negative.
   void answer_fluid(std::uint64_t shown_volume_id) {
     Volume volume(FanGeometry{.columns = 2, .rows = 2}, 1);
     volume.stamp().volume_id = shown_volume_id;

@@ -38,8 +38,8 @@ constexpr FanGeometry kFineFan{.columns = 192,
                                .face_row = 0,
                                .motor_radius_mm = 30};
 
-/// Tissue with holes of fluid, whose distances `depth_mm` gives: positive in fluid. Log-compressed, three grey levels
-/// a decibel; the fluid is 50 dB below, and the power is blurred over 1 mm.
+/// Tissue with holes of fluid, whose distances `depth_mm` gives: positive in fluid. Log-compressed, three
+/// grey levels a decibel; the fluid is 50 dB below, and the power is blurred over 1 mm.
 template <typename Depth>
 Volume tissue_with(Depth depth_mm) {
   std::vector<double> angles_rad;

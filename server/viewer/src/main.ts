@@ -157,11 +157,8 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   surfaceAt: (pixel) => pictures.surface.pointAt(pixel),
   drawnView: () => pictures.surface.drawnView,
   dateOf: (serverMs) => (liveness.isReplay ? undefined : clock.dateOf(serverMs)),
-  askDepth: (requestId, pixels, { width, height }) =>
-    connection.send({
-      case: "depth",
-      value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })), width, height },
-    }),
+  askDepth: (value) => connection.send({ case: "depth", value }),
+  askFluid: (value) => connection.send({ case: "fluid", value }),
   failed: showRefusal,
 });
 const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool));
@@ -234,6 +231,8 @@ function receive({ body }: ServerMessage): void {
       return overlay.measurement.frozenChanged();
     case "depthReply":
       return overlay.answered(body.value);
+    case "fluidReply":
+      return overlay.answeredFluid(body.value);
     case "streamReply": // the page asks by itself: an answer says nothing of what was refused before
       return body.value.outcome.case === "refused" ? showRefusal(body.value.outcome.value.message) : undefined;
     case "presetReply":

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that the page draws over the picture but the light, and the still that is saved with it.
-import type { DepthReply, Hello, Picture, View } from "../generated/fanlight_pb.js";
+import type { DepthReply, FluidReply, Hello, Picture, View } from "../generated/fanlight_pb.js";
 import type { Loss } from "./archive_button";
 import { ClipButton } from "./clip_button";
 import type { CodecChoice } from "./codec_choice";
 import { DepthLegend } from "./depth_legend";
 import { find } from "./element";
 import type { Mm } from "./measuring/figures";
+import type { FluidQuestion } from "./measuring/fluid_probe";
 import { MeasureTool } from "./measuring/measure_tool";
 import { page } from "./page";
 import type { Strokes } from "./picture_input";
@@ -19,7 +20,7 @@ import type { PlaneView } from "./plane_through";
 import { Scalpel } from "./scalpel";
 import { shownPlanes, sliceCamera } from "./shown_planes";
 import { stillOf } from "./still";
-import { SurfacePoints } from "./surface_points";
+import { SurfacePoints, type DepthQuestion } from "./surface_points";
 import { kTomography, planeDirections } from "./tomography";
 import type { Tool } from "./tools";
 import { surfacePart, tidy, type PagePoint, type Size } from "./view_geometry";
@@ -82,7 +83,8 @@ export class PictureOverlay {
       drawnView(): View | undefined;
       /** When a time of the server's clock was; undefined in a replay, and while the clock is not known. */
       dateOf(serverMs: number): Date | undefined;
-      askDepth(requestId: bigint, pixels: PagePoint[], counted: Size): void;
+      askDepth(request: DepthQuestion): void;
+      askFluid(request: FluidQuestion): void;
       failed(sentence: string): void;
     },
   ) {
@@ -90,7 +92,9 @@ export class PictureOverlay {
       page.measured.textContent = sentence;
       page.measured.hidden = sentence === "";
     };
-    this.points = new SurfacePoints((requestId, pixels) => from.askDepth(requestId, pixels, this.fullSize()));
+    const ask = (requestId: bigint, pixels: PagePoint[]) =>
+      from.askDepth({ requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })), ...this.fullSize() });
+    this.points = new SurfacePoints(ask);
     this.scalpel = new Scalpel(editor, {
       view: () => from.drawnView() ?? from.shown()?.view,
       fullSize: () => this.fullSize(),
@@ -113,7 +117,8 @@ export class PictureOverlay {
       mode: () => this.editor.choice("mode"),
       targetDepthMm: () => this.editor.number("camera.distance_mm"),
       view: () => from.drawnView() ?? from.shown()?.view,
-      ask: (requestId, pixels) => from.askDepth(requestId, pixels, this.fullSize()),
+      ask,
+      askFluid: (question) => from.askFluid(question),
       say,
     });
     this.notes = new PictureNotes(
@@ -158,6 +163,10 @@ export class PictureOverlay {
   answered(reply: DepthReply): void {
     this.measurement.answered(reply);
     this.points.answered(reply);
+  }
+
+  answeredFluid(reply: FluidReply): void {
+    this.measurement.answeredFluid(reply);
   }
 
   choose(tool: Tool): void {

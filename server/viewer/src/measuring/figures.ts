@@ -4,7 +4,7 @@
 /** x, y, z in the transducer frame. */
 export type Mm = readonly [number, number, number];
 
-export type Kind = "distance" | "angle" | "ellipse" | "area";
+export type Kind = "distance" | "angle" | "ellipse" | "area" | "fluid";
 
 export interface KindInfo {
   title: string;
@@ -34,6 +34,11 @@ export const kKinds: Readonly<Record<Kind, KindInfo>> = {
       "Click the next point.",
       "Click the next point. The first point, or a double click, closes the outline.",
     ],
+  },
+  fluid: {
+    title: "Fluid",
+    points: 1,
+    hints: ["Click inside the fluid, in a plane (four panes: key 4)."],
   },
 };
 
@@ -162,6 +167,8 @@ export function figuresOf(kind: Kind, points: readonly Mm[], sdMm: Mm, path?: re
         ),
       ];
     }
+    case "fluid":
+      return []; // the server measures it
     case "area":
       if (points.length < 3 || crossesItself(points)) return [];
       return [

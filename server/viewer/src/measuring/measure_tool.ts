@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures on a frozen volume: points of the surface, or of one of the planes, make a distance, an angle, an ellipse or
 // an area. Measurements stay in a list, and are drawn wherever their volume shows their place.
-import type { DepthReply, Picture, View } from "../../generated/fanlight_pb.js";
+import type { DepthReply, FluidReply, Picture, View } from "../../generated/fanlight_pb.js";
 import type { PlaneView } from "../plane_through";
 import type { BodyPoint, ShownPlane } from "../shown_planes";
-import { pixelIn, planeAt, pointAt } from "../shown_planes";
-import { picturePixel, surfacePart, type PagePoint, type Size } from "../view_geometry";
+import { planeAt, pointAt } from "../shown_planes";
+import { picturePixel, type PagePoint, type Size } from "../view_geometry";
 import { kKinds, type Kind, type Mm } from "./figures";
+import { FluidProbe, type FluidQuestion } from "./fluid_probe";
 import { MeasurePanel } from "./measure_panel";
-import { clickedParts, drawnParts, type DrawnMeasurement } from "./measured_drawing";
+import { borderParts, clickedParts, drawnParts, fluidParts, type DrawnMeasurement } from "./measured_drawing";
+import { planePlaces, surfacePlaces } from "./measured_places";
 import {
   kNotForDiagnosis,
   measurementLine,
@@ -17,21 +19,18 @@ import {
   placeSdMm,
   type Measurement,
 } from "./measurement_list";
-import { kDrawnHeight, pathPixels, pixelOfPoint } from "./surface_path";
+import { kDrawnHeight, pathPixels } from "./surface_path";
 
 const kSurface = "on the surface";
 const kClosePixels = 12; // of the page: a click so near to the first point closes an outline
 const kSamePixels = 3; // of the page: the second click of a double click
-const kInPlaneMm = 0.3; // a point so near to a plane is drawn in it
 const kUnfit: Readonly<Record<Kind, string>> = {
   distance: "set two points that are apart.",
   angle: "set its vertex apart from both sides.",
   ellipse: "set the third point beside the axis, between its ends.",
   area: "its outline crosses itself, or is too small.",
+  fluid: "", // the server says why
 };
-
-/** Where a point is drawn; undefined: it is not seen. */
-type Places = (point: Mm) => PagePoint | undefined;
 
 export interface MeasureEvents {
   isFrozen(): boolean;
@@ -52,6 +51,7 @@ export interface MeasureEvents {
   /** When the picture was captured, where that is known. */
   captured(picture: Picture): Date | undefined;
   ask(requestId: bigint, pixels: PagePoint[]): void;
+  askFluid(question: FluidQuestion): void;
   /** Empty: nothing to say. */
   say(sentence: string): void;
 }
@@ -76,6 +76,7 @@ interface Asked {
 export class MeasureTool {
   private readonly list = new MeasurementList();
   private readonly panel: MeasurePanel;
+  private readonly fluid: FluidProbe;
   private pending: Pending | undefined;
   private asked: Asked | undefined; // of the server, which knows the surface
   private lastId = 0n;
@@ -96,6 +97,12 @@ export class MeasureTool {
       wantPlane: (view) => this.events.showPlane(view),
       changed: () => this.draw(),
     });
+    this.fluid = new FluidProbe(this.list, {
+      ask: (question) => this.events.askFluid(question),
+      say: (sentence) => this.say(sentence),
+      captured: (picture) => this.events.captured(picture),
+      changed: () => this.draw(),
+    });
   }
 
   /** The tool was chosen, or left. */
@@ -114,6 +121,7 @@ export class MeasureTool {
   /** Begins a session. `runId`: Hello.run_id. */
   start(runId: bigint): void {
     this.pending = this.asked = this.picture = undefined;
+    this.fluid.drop();
     this.list.startRun(runId);
     this.draw();
   }
@@ -137,11 +145,11 @@ export class MeasureTool {
       this.freeze();
       return this.sayHint();
     }
-    if (this.asked) return this.say("The last measurement is still under way.");
+    if (this.asked || this.fluid.isAsking) return this.say("The last measurement is still under way.");
     if (this.list.isFull) return this.say("There are many measurements already: remove some first.");
     const pixel = picturePixel(pointer, this.canvas);
     const plane = planeAt(pixel, this.events.planes(this.canvas));
-    if (!plane && !this.events.showsSurface()) return this.sayHint();
+    if (!plane && (!this.events.showsSurface() || this.panel.kind() === "fluid")) return this.sayHint();
     if (plane && !this.events.isCurrent())
       return this.say("These planes are not drawn yet, or this display is on hold: click again.");
     this.add(pixel, plane);
@@ -191,6 +199,10 @@ export class MeasureTool {
     this.keep(asked, corners as Mm[], isWhole ? (found as Mm[]) : undefined);
   }
 
+  answeredFluid(reply: FluidReply): void {
+    this.fluid.answered(reply);
+  }
+
   /** The picture on show; a measurement belongs to its volume. */
   show(picture: Picture): void {
     const isSame = (["volumeId", "sceneRevision", "privateView"] as const).every(
@@ -199,6 +211,7 @@ export class MeasureTool {
     const isOther = this.picture?.volumeId !== picture.volumeId;
     this.picture = picture;
     if (!isSame) this.pending = undefined;
+    if (isOther) this.fluid.drop();
     if (isOther && this.chosen) this.sayHint();
     else this.sayHintAgain();
     this.draw();
@@ -213,7 +226,9 @@ export class MeasureTool {
   /** For a still: one line for each measurement that is drawn, and for each volume. */
   lines(): string[] {
     const drawn = this.drawn().map(({ measurement }) => measurement);
-    const volumes = this.list.of(this.picture?.volumeId).filter(({ kind }) => kind === "volume");
+    const volumes = this.list
+      .of(this.picture?.volumeId)
+      .filter((each) => ["volume", "fluid"].includes(each.kind) && !drawn.includes(each));
     return [...drawn, ...volumes].map(measurementLine);
   }
 
@@ -233,6 +248,7 @@ export class MeasureTool {
 
   private restart(): void {
     this.pending = this.asked = undefined;
+    this.fluid.drop();
     this.sayHint();
     this.draw();
   }
@@ -250,6 +266,7 @@ export class MeasureTool {
     const { pending, picture } = this;
     this.pending = undefined;
     if (!pending || !picture) return;
+    if (pending.kind === "fluid") return this.fluid.begin(picture, pending.plane!.points[0]!, pending.place);
     const sdMm = placeSdMm(picture.sampleMm, pending.plane?.pixelMm ?? this.surfacePixelMm(picture));
     const asked = { id: (this.lastId += 1n), picture, pending, sdMm };
     if (pending.plane) return this.keep(asked, pending.plane.points);
@@ -321,39 +338,25 @@ export class MeasureTool {
 
   /** The measurements that the picture shows, in the units of what is drawn. */
   private drawn(): DrawnMeasurement[] {
-    const planes = this.events.isCurrent() ? this.events.planes(this.canvas) : [];
+    const [planes, { height }] = [this.currentPlanes(), this.canvas];
+    const partsOf = (measurement: Measurement) => {
+      if (measurement.kind === "fluid") return fluidParts(measurement, planes, height);
+      const isOnSurface = measurement.place === kSurface;
+      const place = isOnSurface ? this.surfacePlaces() : planePlaces(measurement, planes, height);
+      return place && drawnParts(measurement, place, this.drawnWidth);
+    };
     return this.list.of(this.picture?.volumeId).flatMap((measurement) => {
-      const place = measurement.place === kSurface ? this.surfacePlaces() : this.planePlaces(measurement, planes);
-      const parts = place && drawnParts(measurement, place, this.drawnWidth);
+      const parts = partsOf(measurement);
       return parts ? [{ measurement, parts }] : [];
     });
   }
 
-  /** Where points are drawn in the plane that shows all of a measurement's; the one in which it was taken comes first. */
-  private planePlaces({ points, place }: Measurement, planes: readonly ShownPlane[]): Places | undefined {
-    const inPlane =
-      (plane: ShownPlane) =>
-      ([x, y, z]: Mm) => {
-        const { pixel, asideMm } = pixelIn({ x, y, z }, plane);
-        const isSeen = asideMm <= kInPlaneMm && planeAt(pixel, [plane]) !== undefined;
-        return isSeen ? times(kDrawnHeight / this.canvas.height, pixel) : undefined;
-      };
-    const holding = planes.filter((plane) => points.every((point) => inPlane(plane)(point)));
-    const shown = holding.find(({ name }) => place === `in ${name}`) ?? holding[0];
-    return shown && inPlane(shown);
+  private currentPlanes(): readonly ShownPlane[] {
+    return this.events.isCurrent() ? this.events.planes(this.canvas) : [];
   }
 
-  private surfacePlaces(): Places | undefined {
-    const full = this.events.fullSize();
-    const [part, view] = [surfacePart(this.events.mode(), full), this.events.view()];
-    if (!part || !view) return undefined;
-    return (point) => {
-      const pixel = pixelOfPoint(point, view);
-      if (!pixel || pixel.x < part.left || pixel.y < part.top) return undefined;
-      if (pixel.x >= part.left + part.width || pixel.y >= part.top + part.height) return undefined;
-      // A pixel is drawn at its middle.
-      return times(kDrawnHeight / (full.height || 1), { x: pixel.x + 0.5, y: pixel.y + 0.5 });
-    };
+  private surfacePlaces() {
+    return surfacePlaces(this.events.mode(), this.events.fullSize(), this.events.view());
   }
 
   /** Lines and texts have one size whatever that of the picture. */
@@ -368,7 +371,8 @@ export class MeasureTool {
     this.overlay.setAttribute("viewBox", `0 0 ${width} ${kDrawnHeight}`);
     const clicks = this.pending?.clicks.map(({ x, y }) => ({ x: x * width, y: y * kDrawnHeight })) ?? [];
     const underWay = clickedParts(clicks, this.pending?.kind === "area");
-    this.overlay.replaceChildren(...this.drawn().flatMap(({ parts }) => parts), ...underWay);
+    const grown = this.fluid.shown ? borderParts(this.fluid.shown, this.currentPlanes(), this.canvas.height) : [];
+    this.overlay.replaceChildren(...this.drawn().flatMap(({ parts }) => parts), ...grown, ...underWay);
     this.panel.underWay(clicks.length);
     this.panel.showList(this.picture?.volumeId);
   }
@@ -385,10 +389,6 @@ function acrossOf({ right, up }: ShownPlane): Mm {
 
 function mmOf({ x, y, z }: BodyPoint): Mm {
   return [x, y, z];
-}
-
-function times(factor: number, { x, y }: PagePoint): PagePoint {
-  return { x: factor * x, y: factor * y };
 }
 
 function pixelAt({ x, y }: PagePoint, { width, height }: Size): PagePoint {

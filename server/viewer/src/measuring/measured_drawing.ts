@@ -2,8 +2,11 @@
 // Lines, crosses and texts of a measurement over the picture.
 import { drawing } from "../element";
 import type { PagePoint } from "../view_geometry";
+import type { ShownPlane } from "../shown_planes";
 import { ellipseOf, ellipsePoints, figureText, type Mm } from "./figures";
+import { drawnAt, placesIn } from "./measured_places";
 import type { Measurement } from "./measurement_list";
+import { borderIn, type RegionGrid } from "./region_border";
 
 const kArm = 6; // of a cross
 const kCharacter = 8.5; // about the width of one in a label
@@ -32,6 +35,32 @@ export function drawnParts(
   const { x, y } = labelPlace(measurement.kind, corners);
   const label = drawing("text", { x: Math.min(x, width - kCharacter * text.length), y }, text);
   return [...lines, ...corners.map(crossAt), label];
+}
+
+/** The border of a region in each plane that passes through it. `height`: of the picture, pixels. */
+export function borderParts(grid: RegionGrid, planes: readonly ShownPlane[], height: number): SVGElement[] {
+  return planes.flatMap((plane) => {
+    const lines = borderIn(grid, plane).map((ends) => pathOf(ends.map((end) => drawnAt(end, height))));
+    return lines.length > 0 ? [drawing("path", { d: lines.join(""), class: "region" })] : [];
+  });
+}
+
+/** The same of a measurement, with its label beside the point from which it was grown, where a plane shows it. */
+export function fluidParts(
+  measurement: Measurement,
+  planes: readonly ShownPlane[],
+  height: number,
+): SVGElement[] | undefined {
+  const { region, points } = measurement;
+  const border = region ? borderParts(region, planes, height) : [];
+  if (border.length === 0) return undefined;
+  const labels = planes.flatMap((plane) => {
+    const at = placesIn(plane, height)(points[0]!);
+    if (!at) return [];
+    const text = `${measurement.name}: ${figureText(measurement.figures[0]!)}`;
+    return [crossAt(at), drawing("text", { x: at.x + 8, y: at.y - 8 }, text)];
+  });
+  return [...border, ...labels.slice(0, 2)];
 }
 
 /** What is clicked so far. */

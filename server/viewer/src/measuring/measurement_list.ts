@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The measurements of a session, and their file.
+import type { RegionGrid } from "./region_border";
 import { figuresOf, figureText, kKinds, volumeOf, type Figure, type Kind, type Mm } from "./figures";
 
 export const kNotForDiagnosis = "Not for diagnosis.";
@@ -17,6 +18,8 @@ export interface Measurement {
   across?: Mm;
   /** Of a distance on the surface: the points of the surface between its ends; absent where it leaves the surface. */
   path?: readonly Mm[];
+  /** Of fluid: its border. */
+  region?: RegionGrid;
   /** Standard deviation of each point along x, y and z. */
   sdMm: Mm;
   volumeId: bigint;
@@ -67,6 +70,11 @@ export class MeasurementList {
   /** undefined where the points do not make one. */
   add(of: NewMeasurement): Measurement | undefined {
     return this.keep(of, figuresOf(of.kind, of.points, of.sdMm, of.path));
+  }
+
+  /** Fluid, with its volume; undefined where the list is full. */
+  addFluid(of: Pick<Measurement, "place" | "points" | "region" | "volumeId" | "captured">, volume: Figure) {
+    return this.isFull ? undefined : this.keep({ ...of, kind: "fluid", sdMm: [0, 0, 0] }, [volume]);
   }
 
   /** The volume inside outlinesOf(); undefined where they are fewer than three, or not parallel. */
