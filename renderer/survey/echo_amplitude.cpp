@@ -15,9 +15,13 @@ double amplitude_ratio(double decibels) {
 EchoAmplitude::EchoAmplitude(const EchoLevels& levels) {
   // Speckle that a scanner has smoothed says little: as in EchoLevels::rise(), no contrast is larger.
   constexpr double kMostContrastDb = 50;
-  constexpr double kLeastNoise = 1;  // as EchoLevels::in_decibels()
+  constexpr double kMostRangeDb = 100;  // from black to white, of any scanner
+  constexpr double kLeastNoise = 1;     // as EchoLevels::in_decibels()
   if (levels.noise >= kLeastNoise && !levels.linear())
-    levels_per_db_ = std::max(levels.levels_per_db(), (levels.tissue - levels.fluid) / kMostContrastDb);
+    levels_per_db_ = std::max(
+        {levels.levels_per_db(), (levels.tissue - levels.fluid) / kMostContrastDb, 255 / kMostRangeDb});
+  constexpr double kMostOverTissueDb = 12;
+  if (levels.known) most_ = of(levels.tissue) * amplitude_ratio(kMostOverTissueDb);
 }
 
 double EchoAmplitude::of(double grey) const {
@@ -32,8 +36,8 @@ double EchoAmplitude::grey(double amplitude) const {
 void EchoAmplitude::replace(EchoGrid& grid) const {
   std::array<float, 256> table{};
   for (std::size_t grey = 0; grey < table.size(); ++grey)
-    table[grey] = static_cast<float>(of(static_cast<double>(grey)));
-  for (float& level : grid.levels) level = table[static_cast<std::size_t>(level + 0.5F)];
+    table[grey] = static_cast<float>(std::min(of(static_cast<double>(grey)), most_));
+  for (float& level : grid.levels) level = table[static_cast<std::size_t>(std::lround(level))];
 }
 
 }  // namespace fanlight

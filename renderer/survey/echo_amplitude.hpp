@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
+
 #include "proto/model/echo_levels.hpp"
 #include "renderer/survey/echo_grid.hpp"
 
@@ -19,11 +21,13 @@ class EchoAmplitude {
   double of(double grey) const;
   double grey(double amplitude) const;
 
-  /// Replaces the levels of a grid, 0 to 255, by their amplitudes.
+  /// Replaces the levels of a grid, 0 to 255, by their amplitudes; by 12 dB over tissue at most, so that a
+  /// reflector decides no mean.
   void replace(EchoGrid& grid) const;
 
  private:
   double levels_per_db_ = 0;  // 0: grey levels are amplitudes
+  double most_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace fanlight

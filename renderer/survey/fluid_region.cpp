@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "proto/model/echo_levels.hpp"
 #include "renderer/survey/cell_sets.hpp"
 #include "renderer/survey/echo_amplitude.hpp"
 #include "renderer/survey/echo_survey.hpp"
@@ -32,12 +33,13 @@ constexpr double kDeviationDb = 1.5;
 constexpr double kFirstBorderDb = 12;  // what is dark without doubt
 constexpr double kFirstWallMm = 25;    // around the seed
 constexpr double kFirstWallShare = 0.8;
+constexpr double kLeastContrast = 4;  // of amplitudes, that tells the wall from fluid: 12 dB
 
 constexpr double kGrowthMm = 3;  // in a round
 constexpr double kNeckMm = 1.5;  // half of the width of an opening that is closed
 constexpr int kRounds = 4;
-constexpr double kMostLastGrowth = 1.2;  // more: no border holds
-constexpr int kPoints = 4;               // of a cell that the border crosses, in each direction
+constexpr double kMostLastGrowthMm = 0.5;  // more: no border holds
+constexpr int kPoints = 4;                 // of a cell that the border crosses, in each direction
 
 /// The region of cells that are darker than `border` around the seed's, among those of `may`; empty where the
 /// seed's is not dark. A region that is connected through a neck narrower than `neck` cells to each side ends
@@ -96,14 +98,13 @@ double mean_amplitude(const EchoGrid& grid, const Cells& region) {
   return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-/// How deep in the region a cell lies by its level, mm; negative outside. Near the border, where the echo
-/// changes evenly, a distance.
+/// How far the level of a cell lies below the border's, in the unit of the grid.
 struct Depths {
   const EchoGrid& grid;
   const Cells& region;
   double border = 0;
 
-  /// Grey levels; positive inside. What is as dark but not in the region lies outside.
+  /// Positive inside. What is as dark but not in the region lies outside.
   double at(std::size_t index) const {
     const double below = border - grid.levels[index];
     constexpr double kLeast = 1e-6;
@@ -111,41 +112,40 @@ struct Depths {
   }
 };
 
-/// The volume of what is darker than the border, by kPoints in each direction of the cells that it crosses.
+/// The share of a cube between eight centres that lies inside, by kPoints in each direction.
+double share_inside(const std::array<double, 8>& corners) {
+  const auto middle = [](int part) { return (part + 0.5) / kPoints; };
+  int points = 0;
+  for (int z = 0; z < kPoints; ++z) {
+    std::array<double, 4> slice{};
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      slice[corner] = std::lerp(corners[corner], corners[corner + 4], middle(z));
+    for (int y = 0; y < kPoints; ++y) {
+      const double left = std::lerp(slice[0], slice[2], middle(y));
+      const double right = std::lerp(slice[1], slice[3], middle(y));
+      for (int x = 0; x < kPoints; ++x) points += std::lerp(left, right, middle(x)) > 0 ? 1 : 0;
+    }
+  }
+  return points / double{kPoints * kPoints * kPoints};
+}
+
+/// The volume of what is darker than the border, in cells.
 double volume_cells(const EchoGrid& grid, const Cells& region, double border) {
   const CellBox& box = grid.box;
   const Depths depths{grid, region, border};
   double cells = 0;
-  // Cubes between eight centres.
   for (std::uint32_t k = 0; k + 1 < box.size[2]; ++k) {
     for (std::uint32_t j = 0; j + 1 < box.size[1]; ++j) {
       for (std::uint32_t i = 0; i + 1 < box.size[0]; ++i) {
-        std::array<double, 8> corners{};
-        int inside = 0;
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-          const std::size_t index = box.index(i + (corner & 1U), j + (corner >> 1U & 1U), k + (corner >> 2U));
-          inside += region[index] != 0 ? 1 : 0;
-        }
-        if (inside == 0) continue;
-        if (inside == 8) {
-          cells += 1;
-          continue;
-        }
+        std::array<std::size_t, 8> corners{};
         for (std::uint32_t corner = 0; corner < 8; ++corner)
-          corners[corner] =
-              depths.at(box.index(i + (corner & 1U), j + (corner >> 1U & 1U), k + (corner >> 2U)));
-        int points = 0;
-        for (int point = 0; point < kPoints * kPoints * kPoints; ++point) {
-          const double x = (point % kPoints + 0.5) / kPoints;
-          const double y = (point / kPoints % kPoints + 0.5) / kPoints;
-          const double z = (point / (kPoints * kPoints) + 0.5) / kPoints;
-          const auto lower =
-              std::lerp(std::lerp(corners[0], corners[1], x), std::lerp(corners[2], corners[3], x), y);
-          const auto upper =
-              std::lerp(std::lerp(corners[4], corners[5], x), std::lerp(corners[6], corners[7], x), y);
-          points += std::lerp(lower, upper, z) > 0 ? 1 : 0;
-        }
-        cells += points / double{kPoints * kPoints * kPoints};
+          corners[corner] = box.index(i + (corner & 1U), j + (corner >> 1U & 1U), k + (corner >> 2U));
+        const auto inside =
+            std::ranges::count_if(corners, [&](std::size_t index) { return region[index] != 0; });
+        if (inside == 0) continue;
+        std::array<double, 8> levels{};
+        std::ranges::transform(corners, levels.begin(), [&](std::size_t index) { return depths.at(index); });
+        cells += inside == 8 ? 1 : share_inside(levels);
       }
     }
   }
@@ -157,6 +157,8 @@ struct CellExtent {
   std::array<std::uint32_t, 3> last{};
   bool touches_side = false;  // of the grid
   bool touches_unscanned = false;
+  std::size_t cells = 0;
+  std::size_t border_cells = 0;  // with a neighbour that is not in the region
 };
 
 CellExtent extent_of(const EchoGrid& grid, const Cells& region) {
@@ -170,8 +172,13 @@ CellExtent extent_of(const EchoGrid& grid, const Cells& region) {
       extent.last[axis] = std::max(extent.last[axis], place[axis]);
     }
     extent.touches_side |= !grid.box.is_inner(at.i, at.j, at.k);
-    each_neighbour(grid.box, index,
-                   [&](std::size_t other) { extent.touches_unscanned |= grid.scanned[other] == 0; });
+    bool is_border = false;
+    each_neighbour(grid.box, index, [&](std::size_t other) {
+      extent.touches_unscanned |= grid.scanned[other] == 0;
+      is_border |= region[other] == 0;
+    });
+    ++extent.cells;
+    extent.border_cells += is_border ? 1 : 0;
   }
   return extent;
 }
@@ -180,7 +187,7 @@ Error not_closed(const CellExtent& extent) {
   if (extent.touches_unscanned) {
     return {
         ErrorCode::kInvalidArgument,
-        "the fluid reaches the border of what was scanned, expected a region that tissue closes all around"};
+        "the fluid is open: it reaches the edge of the scan, expected a region that is closed all around"};
   }
   return {ErrorCode::kInvalidArgument,
           fmt::format("the fluid reaches farther than {} mm from this point, expected a smaller region",
@@ -188,7 +195,7 @@ Error not_closed(const CellExtent& extent) {
 }
 
 Error not_fluid() {
-  return {ErrorCode::kInvalidArgument, "this point is not in fluid, expected a darker one"};
+  return {ErrorCode::kInvalidArgument, "this point is not in fluid, expected a darker place"};
 }
 
 /// A region on a grid.
@@ -207,7 +214,8 @@ std::uint32_t neck_cells(const CellBox& box) {
 /// The region in a box. The level of its border follows from the tissue around it, which follows from the
 /// region: so it is grown several times. Errors: the seed is not in fluid; there is no border that holds.
 Result<Found> found_in(const Volume& volume, const CellBox& box, const FluidSeed& seed,
-                       const EchoAmplitude& amplitudes) {
+                       const EchoLevels& levels, const std::stop_token& stop) {
+  const EchoAmplitude amplitudes(levels);
   Found found{.grid = sampled(volume, box)};
   amplitudes.replace(found.grid);
   for (int count = 0; count < kFluidSmoothings; ++count) smooth(found.grid);
@@ -218,20 +226,31 @@ Result<Found> found_in(const Volume& volume, const CellBox& box, const FluidSeed
                 .j = cell(seed.at.y_mm, box.first.y_mm),
                 .k = cell(seed.at.z_mm, box.first.z_mm)};
   const std::size_t index = box.index(at.i, at.j, at.k);
+  if (found.grid.scanned[index] == 0)
+    return Error{ErrorCode::kInvalidArgument, "nothing was scanned at this point, expected one in the fluid"};
   found.wall = first_wall_amplitude(found.grid, at);
+  // In a large region most of what lies around is fluid.
+  const bool is_all_fluid = found.wall < kLeastContrast * found.grid.levels[index];
+  if (is_all_fluid && levels.known) found.wall = amplitudes.of(levels.tissue);
   // First what is dark without doubt.
   found.border = found.wall * amplitude_ratio(std::min(seed.border_db, 0.0) - kFirstBorderDb);
   Cells may(found.grid.levels.size(), 1);
-  std::size_t cells_before = 0;
+  double cells_before = 0;
   for (int round = 0; round < kRounds; ++round) {
     found.region = grown(found.grid, index, found.border, neck_cells(box), may);
     if (found.region.empty()) return not_fluid();
-    const auto cells = static_cast<std::size_t>(std::ranges::count(found.region, 1));
+    if (stop.stop_requested()) return Error{ErrorCode::kStopped, "the measurement was stopped"};
+    // Already what is dark without doubt may be open.
+    const CellExtent extent = extent_of(found.grid, found.region);
+    if (extent.touches_side || extent.touches_unscanned) return not_closed(extent);
     const bool is_last = round + 1 == kRounds;
-    if (is_last && static_cast<double>(cells) > kMostLastGrowth * static_cast<double>(cells_before))
-      return Error{ErrorCode::kInvalidArgument, "the fluid has no clear border all around, expected one"};
+    const double growth_mm = (static_cast<double>(extent.cells) - cells_before) /
+                             static_cast<double>(extent.border_cells) * box.step_mm;
+    if (is_last && growth_mm > kMostLastGrowthMm)
+      return Error{ErrorCode::kInvalidArgument,
+                   "the fluid has no clear border, expected tissue all around it"};
     if (is_last) break;
-    cells_before = cells;
+    cells_before = static_cast<double>(extent.cells);
     const double fluid = mean_amplitude(found.grid, found.region);
     const double wall = flatten_wall(found.grid, found.region);
     if (wall <= fluid) return not_fluid();
@@ -264,21 +283,23 @@ double volume_mm3(const Found& found, double border_db) {
 /// The part of the grid around the region, coarse enough for drawing.
 void draw_border(const Found& found, const CellExtent& extent, FluidRegion& to) {
   const CellBox& from = found.grid.box;
-  constexpr std::uint32_t kDrawnMargin = 3;  // cells of `from`
+  // As much around the region as a step of the drawn grid.
   double longest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    longest = std::max(longest, 1.0 + extent.last[axis] - extent.first[axis]);
+  constexpr double kMostSteps = FluidRegion::kMostCellsASide - 1;
+  const double stride = std::max(1.0, longest / (kMostSteps - 4));
+  const auto margin = static_cast<std::uint32_t>(std::ceil(stride)) + 1;
   std::array<double, 3> first{};
-  std::array<double, 3> cells{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    first[axis] = extent.first[axis] > kDrawnMargin ? extent.first[axis] - kDrawnMargin : 0;
-    cells[axis] = std::min(extent.last[axis] + kDrawnMargin, from.size[axis] - 1) - first[axis];
-    longest = std::max(longest, cells[axis]);
+    first[axis] = extent.first[axis] > margin ? extent.first[axis] - margin : 0;
+    const double cells = std::min(extent.last[axis] + margin, from.size[axis] - 1) - first[axis];
+    to.box.size[axis] =
+        std::min(static_cast<std::uint32_t>(std::ceil(cells / stride)) + 1, FluidRegion::kMostCellsASide);
   }
-  const double stride = std::max(1.0, longest / (FluidRegion::kMostCellsASide - 1));
   to.box.step_mm = stride * from.step_mm;
   to.box.first = {from.first.x_mm + first[0] * from.step_mm, from.first.y_mm + first[1] * from.step_mm,
                   from.first.z_mm + first[2] * from.step_mm};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    to.box.size[axis] = static_cast<std::uint32_t>(cells[axis] / stride) + 1;
   EchoGrid depths{.box = from, .levels = std::vector<float>(from.cells()), .scanned = {}};
   const Depths below{found.grid, found.region, found.border};
   // Farther out nothing is drawn, however dark it is.
@@ -293,8 +314,10 @@ void draw_border(const Found& found, const CellExtent& extent, FluidRegion& to) 
   for (std::uint32_t k = 0; k < to.box.size[2]; ++k) {
     for (std::uint32_t j = 0; j < to.box.size[1]; ++j) {
       for (std::uint32_t i = 0; i < to.box.size[0]; ++i, ++cell) {
-        const double level =
-            depths.level(first[0] + i * stride, first[1] + j * stride, first[2] + k * stride);
+        const auto place = [&](std::size_t axis, std::uint32_t step) {
+          return std::min(first[axis] + step * stride, from.size[axis] - 1.0);
+        };
+        const double level = depths.level(place(0, i), place(1, j), place(2, k));
         to.depths[cell] = static_cast<std::uint8_t>(
             std::floor(std::clamp(FluidRegion::kBorder + level * per_level, 0.0, 255.0)));
       }
@@ -323,20 +346,17 @@ Result<FluidRegion> grown_fluid(const Volume& volume, const FluidSeed& seed, con
     return Error{ErrorCode::kUnavailable, "this volume has one frame, expected two or more"};
   const EchoLevels levels = measured_levels(volume);
   const EchoAmplitude amplitudes(levels);
-  auto found = found_in(volume, box_around(seed.at, kMostFluidReachMm, kCoarseMm), seed, amplitudes);
+  auto found = found_in(volume, box_around(seed.at, kMostFluidReachMm, kCoarseMm), seed, levels, stop);
   if (!found) return found.error();
-  if (stop.stop_requested()) return Error{ErrorCode::kStopped, "the measurement was stopped"};
   CellExtent extent = extent_of(found->grid, found->region);
-  if (extent.touches_side || extent.touches_unscanned) return not_closed(extent);
   double longest_mm = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
     longest_mm = std::max(longest_mm, (extent.last[axis] - extent.first[axis] + 1) * kCoarseMm);
   const double step_mm = std::max(kFinestMm, longest_mm / kCellsAcrossRegion);
   if (step_mm < kCoarseMm) {
-    found = found_in(volume, box_of(found->grid.box, extent, step_mm), seed, amplitudes);
+    found = found_in(volume, box_of(found->grid.box, extent, step_mm), seed, levels, stop);
     if (!found) return found.error();
     extent = extent_of(found->grid, found->region);
-    if (extent.touches_side || extent.touches_unscanned) return not_closed(extent);
   }
   if (stop.stop_requested()) return Error{ErrorCode::kStopped, "the measurement was stopped"};
   FluidRegion region{

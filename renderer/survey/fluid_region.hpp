@@ -32,17 +32,18 @@ struct FluidRegion {
 struct FluidSeed {
   Point at;  ///< in the fluid, transducer frame
   double border_db =
-      0;  ///< moves the level of the border, -kMostBorderDb to kMostBorderDb: up for a larger region
+      0;  ///< moves the level of the border, kLeastBorderDb to kMostBorderDb: up for a larger region
 };
-inline constexpr double kMostBorderDb = 12;
+inline constexpr double kLeastBorderDb = -12;
+inline constexpr double kMostBorderDb = 3;  ///< 1.4 dB below the wall; above, tissue is as dark
 
 /// Grows the region of fluid that holds the seed, as far as kMostFluidReachMm from it, to where the echo
 /// is 4.4 dB below the wall on that side (renderer/ALGORITHM.md, fluid regions). Openings that are narrower
 /// than about 3 mm are closed.
 ///
 /// Errors, each with a sentence for people: kInvalidArgument: the seed is not in fluid, or the region is not
-/// closed; kUnavailable: fewer than two frames; kStopped. Takes up to a few seconds, and a
-/// hundred megabytes; std::bad_alloc where there is no memory. Any thread.
+/// closed; kUnavailable: fewer than two frames; kStopped. Takes up to a few seconds and 200 MB;
+/// std::bad_alloc where there is no memory. Any thread.
 Result<FluidRegion> grown_fluid(const Volume& volume, const FluidSeed& seed, const std::stop_token& stop);
 
 inline constexpr double kMostFluidReachMm = 75;

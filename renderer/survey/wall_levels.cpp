@@ -141,7 +141,7 @@ double flatten_wall(EchoGrid& grid, const Cells& region) {
       sum += weights[direction] * levels[direction];
       weight += weights[direction];
     }
-    grid.levels[index] *= weight / std::max(sum, 1e-9F);
+    grid.levels[index] *= sum > 0 ? weight / sum : flat;  // in the middle itself there is no direction
   }
   return all;
 }

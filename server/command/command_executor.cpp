@@ -180,13 +180,18 @@ CommandExecutor::Outcome CommandExecutor::apply(const FindSurface& /*command*/, 
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const MeasureFluid& command, const Requester& who) {
-  const bool is_under_way = std::ranges::any_of(looks_, [&](const Pending& each) {
+  if (state_.cine.volume_id() != command.question.volume_id) {
+    return {.result = refusal({ErrorCode::kInvalidArgument,
+                               "this volume is not frozen, expected a point of the frozen volume on show"})};
+  }
+  const auto earlier = std::ranges::find_if(looks_, [&](const Pending& each) {
     return each.who.identity.id == who.identity.id && std::holds_alternative<MeasureFluid>(each.command);
   });
-  if (is_under_way) {
-    return {.result =
-                refusal({ErrorCode::kUnavailable,
-                         "this session's last measurement of fluid is under way, expected a later one"})};
+  if (earlier != looks_.end()) {
+    const Pending replaced = std::move(*earlier);
+    looks_.erase(earlier);
+    state_.fluid.forget(replaced.order);
+    replaced.answer(refusal({ErrorCode::kStopped, "a later request of this session has replaced this one"}));
   }
   const auto requested = state_.fluid.request(last_asker_ + 1, command.question);
   if (!requested) return {.result = refusal(requested.error())};
@@ -320,6 +325,9 @@ void CommandExecutor::forget(std::uint64_t session) {
   thread_owner_.check();
   const auto is_of_session = [session](const Pending& each) { return each.who.identity.id == session; };
   std::erase_if(probe_changes_, is_of_session);
+  for (const Pending& each : looks_)
+    if (is_of_session(each) && std::holds_alternative<MeasureFluid>(each.command))
+      state_.fluid.forget(each.order);
   std::erase_if(looks_, is_of_session);
   if (control_.left(session, now_ms())) notify_(Notice::kControl, 0);
 }

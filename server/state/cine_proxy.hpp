@@ -32,6 +32,8 @@ class CineProxy {
   void changed(const CineStatus& status) { status_ = status; }
 
   bool is_frozen() const { return status_.state != CineStatus::State::kLive; }
+  /// Of the frozen volume on show; 0 while live.
+  std::uint64_t volume_id() const { return status_.volume_id; }
   v1::CineStatus message() const;
 
  private:

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 
@@ -11,7 +12,9 @@ namespace fanlight {
 namespace {
 
 constexpr double kMostMm = 10'000;
-constexpr double kMostShiftDb = 12;
+// Of the border: kLeastBorderDb and kMostBorderDb of the renderer's fluid_region.hpp.
+constexpr double kLeastShiftDb = -12;
+constexpr double kMostShiftDb = 3;
 constexpr const char* kNoMemorySentence = "the server has no memory left to measure fluid";
 
 Result<void> check(const FluidQuestion& question) {
@@ -22,17 +25,11 @@ Result<void> check(const FluidQuestion& question) {
           fmt::format("the point lies at {} mm, expected at most {} mm to either side", mm, kMostMm)};
     }
   }
-  if (!(std::abs(question.border_db) <= kMostShiftDb)) {
-    return Error{ErrorCode::kInvalidArgument, fmt::format("border_db is {}, expected -{} to {}",
-                                                          question.border_db, kMostShiftDb, kMostShiftDb)};
+  if (!(question.border_db >= kLeastShiftDb && question.border_db <= kMostShiftDb)) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("border_db is {}, expected {} to {}",
+                                                          question.border_db, kLeastShiftDb, kMostShiftDb)};
   }
   return {};
-}
-
-v1::FluidReply refusal(const std::string& sentence) {
-  v1::FluidReply reply;
-  reply.mutable_refused()->set_message(sentence);
-  return reply;
 }
 
 }  // namespace
@@ -43,7 +40,7 @@ Result<void> FluidDesk::request(std::uint64_t asker, const FluidQuestion& questi
   if (auto good = check(question); !good) return good;
   if (requests_.size() >= kMostRequests) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("{} measurements of fluid wait, expected a later request", kMostRequests)};
+                 fmt::format("{} measurements of fluid wait, try again in a moment", kMostRequests)};
   }
   requests_.push_back({.asker = asker, .question = question});
   try {
@@ -76,6 +73,7 @@ void FluidDesk::copied(VolumeCopier::Copy copy) {
     case VolumeCopier::Outcome::kCopied:
       break;
   }
+  if (!requests_.front().is_wanted || is_stopped_) return refuse("");
   if (copy_->stamp().volume_id != requests_.front().question.volume_id)
     return refuse("another volume is shown by now, expected a point of the one on show; freeze it first");
   try {
@@ -87,6 +85,7 @@ void FluidDesk::copied(VolumeCopier::Copy copy) {
 
 void FluidDesk::measure(std::shared_ptr<Volume> volume) {
   const auto reply = std::make_shared<v1::FluidReply>();
+  stop_ = std::stop_source();
   dependencies_.executor(
       EncoderLane::kBackground,
       [reply, volume = std::move(volume), question = requests_.front().question,
@@ -94,47 +93,72 @@ void FluidDesk::measure(std::shared_ptr<Volume> volume) {
         try {
           auto region = measure(*volume, question, stop);
           if (!region) {
-            *reply = refusal(region.error().message);
+            reply->mutable_refused()->set_message(region.error().message);
             return;
           }
           region->set_volume_id(question.volume_id);
           *reply->mutable_found() = *std::move(region);
         } catch (const std::bad_alloc&) {
-          reply->Clear();  // refused below, on the server thread
+          reply->Clear();  // refused on the server thread
         }
       },
       [this, reply] {
-        if (reply->outcome_case() == v1::FluidReply::OUTCOME_NOT_SET) return refuse(kNoMemorySentence);
-        end(std::move(*reply));
+        const bool is_done = reply->outcome_case() != v1::FluidReply::OUTCOME_NOT_SET;
+        end(kNoMemorySentence, is_done ? reply.get() : nullptr);
       });
 }
 
-void FluidDesk::refuse(const char* sentence) {
-  end(refusal(sentence));
+void FluidDesk::forget(std::uint64_t asker) {
+  thread_owner_.check();
+  const auto found = std::ranges::find(requests_, asker, &Request::asker);
+  if (found == requests_.end()) return;
+  if (found != requests_.begin()) {
+    requests_.erase(found);
+  } else {
+    found->is_wanted = false;
+    stop_.request_stop();
+  }
 }
 
-/// Answers what is under way, and begins the next; what cannot be begun is answered too.
-void FluidDesk::end(v1::FluidReply reply) {
-  answer_first(std::move(reply));
+void FluidDesk::stop() {
+  is_stopped_ = true;
+  stop_.request_stop();
+}
+
+void FluidDesk::refuse(const char* sentence) {
+  end(sentence);
+}
+
+/// Answers what is under way, and begins the next; what cannot be begun is answered too. `reply`: null:
+/// refused, with the sentence.
+void FluidDesk::end(const char* refused, v1::FluidReply* reply) {
+  answer_first(refused, reply);
   is_busy_ = false;
-  while (!requests_.empty()) {
-    const char* refused = kRendererBusySentence;
+  while (!requests_.empty() && !is_stopped_) {
+    const char* why = kRendererBusySentence;
     try {
       if (begin()) return;
     } catch (const std::bad_alloc&) {
-      refused = kNoMemorySentence;
+      why = kNoMemorySentence;
     }
-    answer_first(refusal(refused));
+    answer_first(why, nullptr);
   }
   copy_.reset();
 }
 
 /// Where memory runs out for the answer, its session has marked itself, and leaves with the next second.
-void FluidDesk::answer_first(v1::FluidReply reply) {
-  const std::uint64_t asker = requests_.front().asker;
+void FluidDesk::answer_first(const char* refused, v1::FluidReply* reply) {
+  const Request request = requests_.front();
   requests_.pop_front();
+  if (!request.is_wanted) return;
   try {
-    dependencies_.answered({.asker = asker, .reply = std::move(reply)});
+    Answer answer{.asker = request.asker};
+    if (reply != nullptr) {
+      answer.reply = std::move(*reply);
+    } else {
+      answer.reply.mutable_refused()->set_message(refused);
+    }
+    dependencies_.answered(answer);
   } catch (const std::bad_alloc&) {
     // As said above.
   }

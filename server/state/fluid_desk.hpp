@@ -53,25 +53,31 @@ class FluidDesk {
   /// measures no fluid; kInvalidArgument: a number is not finite or out of range.
   Result<void> request(std::uint64_t asker, const FluidQuestion& question);
 
-  /// The measurement under way ends soon. Call it before the end of the executor's threads.
-  void stop() { stop_.request_stop(); }
+  /// The answer is not wanted any more: a request that waits is removed, and a measurement under way ends
+  /// soon.
+  void forget(std::uint64_t asker);
+
+  /// All ends soon, and nothing begins. Call it before the end of the executor's threads.
+  void stop();
 
  private:
   struct Request {
     std::uint64_t asker = 0;
     FluidQuestion question;
+    bool is_wanted = true;  // forget() was not called
   };
   bool begin();
   void copied(VolumeCopier::Copy copy);
   void measure(std::shared_ptr<Volume> volume);
   void refuse(const char* sentence);
-  void end(v1::FluidReply reply);
-  void answer_first(v1::FluidReply reply);
+  void end(const char* refused, v1::FluidReply* reply = nullptr);
+  void answer_first(const char* refused, v1::FluidReply* reply);
 
   Dependencies dependencies_;
   std::deque<Request> requests_;  // the first is under way
   bool is_busy_ = false;
-  std::stop_source stop_;
+  std::stop_source stop_;  // of the measurement under way
+  bool is_stopped_ = false;
   std::shared_ptr<Volume> copy_;  // its memory is used again while requests wait
   [[no_unique_address]] ThreadOwner thread_owner_;
 };

@@ -205,7 +205,7 @@ test("fluid is measured from a point in it, and kept once its border is accepted
     await begin(viewer, "4");
     await viewer.page.locator("#measure-kind").selectOption("fluid");
     const said = () => viewer.page.locator("#measured").textContent();
-    assert.match(await said(), /Click inside the fluid, in a plane/);
+    assert.match(await said(), /Click inside the fluid in one of the planes/);
     const { width, height } = await viewer.page.locator("#picture").boundingBox();
     const mmPerHeight = await heightMm(viewer, 2);
     const target = [await viewer.field("camera.target_x_mm"), await viewer.field("camera.target_y_mm")];
@@ -215,7 +215,7 @@ test("fluid is measured from a point in it, and kept once its border is accepted
       0.25 + (y - target[1]) / mmPerHeight,
     ];
     await clickAt(viewer, [[0.75, 0.75]]);
-    assert.match(await said(), /Click inside the fluid, in a plane/, "not on the surface");
+    assert.match(await said(), /Click inside the fluid in one of the planes/, "not on the surface");
     await clickAt(viewer, [inPlaneA(4, 71)]);
     const cm3 = await saidCm3(viewer);
     assert.ok(Math.abs(cm3 / trueCm3 - 1) < 0.02, `${cm3} cm³, not ${trueCm3}`);
@@ -231,7 +231,7 @@ test("fluid is measured from a point in it, and kept once its border is accepted
     const tighter = viewer.page.locator("#fluid-tighter");
     await tighter.focus();
     await viewer.page.keyboard.press("Enter");
-    await until("a tighter border", said, (text) => text.includes("border −1.5 dB"));
+    await until("a tighter border", said, (text) => text.includes("border 1.5 dB tighter"));
     assert.ok((await saidCm3(viewer)) < cm3);
     await viewer.page.locator("#fluid-wider").click();
     await until("the border before", said, (text) => /cm³\. Keep it/.test(text));
@@ -247,21 +247,46 @@ test("fluid is measured from a point in it, and kept once its border is accepted
     );
     await viewer.page.locator("#keep-fluid").focus();
     await viewer.page.keyboard.press("Enter");
-    assert.match(await listHas(viewer, 1), new RegExp(`Fluid around a point in plane A\\s+${cm3.toFixed(2)} ± `));
+    assert.match(await listHas(viewer, 1), new RegExp(`Fluid clicked in plane A\\s+${cm3.toFixed(2)} ± `));
     assert.equal(await viewer.page.locator("#fluid-bar").isVisible(), false);
     assert.equal(await viewer.page.evaluate(() => document.activeElement?.id), "measure-kind");
     assert.ok((await borders.count()) >= 1, "it stays in the planes");
     const download = viewer.page.waitForEvent("download");
     await viewer.page.locator("#save-measurements").click();
     const rows = (await readFile(await (await download).path(), "utf8")).trim().split("\r\n");
-    assert.match(rows.at(-1), /^1,fluid,volume,3\d\.\d+,cm3,[\d.]+,around a point in plane A,\d+,/);
+    assert.match(rows.at(-1), /^1,fluid,volume,3\d\.\d+,cm3,[\d.]+,clicked in plane A,\d+,/);
 
     await clickAt(viewer, [inPlaneA(24, 75)]);
     await until("a refusal", said, (text) => text.startsWith("No volume: this point is not in fluid"));
     await clickAt(viewer, [inPlaneA(0, 75)]);
     await saidCm3(viewer);
+    const keep = viewer.page.locator("#keep-fluid");
+    await viewer.page.keyboard.press("1");
+    await until(
+      "no border on show",
+      () => keep.isDisabled(),
+      (disabled) => disabled,
+    );
+    await viewer.page.keyboard.press("4");
+    await until(
+      "the border",
+      () => keep.isDisabled(),
+      (disabled) => !disabled,
+    );
     await viewer.page.locator("#drop-fluid").click();
     assert.equal((await listed(viewer)).length, 1);
+    assert.match(await said(), /Click inside the fluid in one of the planes/);
+    // By keys: the cross begins in the middle, and is moved into plane A.
+    const picture = viewer.page.locator("#picture");
+    await picture.focus();
+    await picture.press("ArrowLeft"); // shows it
+    for (const key of ["Shift+ArrowLeft", "Shift+ArrowUp"])
+      for (let step = 0; step < 3; ++step) await picture.press(key);
+    await viewer.settled();
+    await viewer.screenshot("fluid-by-keys");
+    await picture.press("Enter");
+    const again = await saidCm3(viewer);
+    assert.ok(Math.abs(again / trueCm3 - 1) < 0.02, `${again} cm³ by keys`);
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });

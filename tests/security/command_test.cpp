@@ -242,7 +242,7 @@ TEST_F(CommandTest, ASurveyIsAnsweredOnceAndNotAfterItsSession) {
   EXPECT_EQ(counters_.survey_refusals.value(), 0U) << "a volume without a surface is no wrong request";
 }
 
-TEST_F(CommandTest, FluidIsMeasuredForAnyRoleOneRegionAtATime) {
+TEST_F(CommandTest, FluidIsMeasuredForAnyRoleAndTheLatestPoint) {
   std::vector<CommandResult> answers;
   const auto keep = [&](const CommandResult& result) { answers.push_back(result); };
   const SessionIdentity identity{
@@ -253,9 +253,8 @@ TEST_F(CommandTest, FluidIsMeasuredForAnyRoleOneRegionAtATime) {
   EXPECT_TRUE(answers.empty());
   executor_.execute(who, MeasureFluid(), keep);
   ASSERT_EQ(answers.size(), 1U);
-  EXPECT_NE(answers[0].error.message.find("under way"), std::string::npos);
-  EXPECT_EQ(counters_.fluid_refusals.value(), 1U);
-  FluidDesk::Answer answer{.asker = 1, .reply = {}};
+  EXPECT_NE(answers[0].error.message.find("replaced"), std::string::npos);
+  FluidDesk::Answer answer{.asker = 2, .reply = {}};
   answer.reply.mutable_found()->set_volume_mm3(1234);
   executor_.fluid_answered(answer);
   executor_.fluid_answered(answer);
@@ -263,10 +262,14 @@ TEST_F(CommandTest, FluidIsMeasuredForAnyRoleOneRegionAtATime) {
   EXPECT_EQ(answers[1].region.volume_mm3(), 1234);
   executor_.execute(who, MeasureFluid(), keep);
   executor_.forget(1);
-  answer.asker = 2;
+  answer.asker = 3;
   executor_.fluid_answered(answer);
   EXPECT_EQ(answers.size(), 2U) << "not after the session";
-  EXPECT_EQ(counters_.fluid_refusals.value(), 1U) << "a point without fluid is no wrong request";
+  EXPECT_EQ(counters_.fluid_refusals.value(), 0U) << "a point without fluid is no wrong request";
+  executor_.execute(who, MeasureFluid{{.volume_id = 7}}, keep);
+  ASSERT_EQ(answers.size(), 3U);
+  EXPECT_NE(answers[2].error.message.find("not frozen"), std::string::npos);
+  EXPECT_EQ(counters_.fluid_refusals.value(), 1U);
 }
 
 TEST_F(CommandTest, WhatCannotBeReadIsRefusedForTheRoleFirst) {

@@ -35,12 +35,20 @@ void wait_until_taken(TestDisplay& display) {
   display.next(Body::kClockReply);
 }
 
+/// As the render thread: the display is frozen on this volume. Returns once a display knows.
+void freeze(ServerFixture& fixture, TestDisplay& display, std::uint64_t volume_id) {
+  fixture.report_cine({.state = CineStatus::State::kFrozen, .volumes = 1, .volume_id = volume_id});
+  while (display.next(Body::kCine).cine().volume_id() != volume_id) {
+  }
+}
+
 }  // namespace
 
 TEST(FluidOfTheStream, MeasuresFluidInTheVolumeOnShowOneRegionAfterTheOther) {
   ServerFixture fixture;
   TestDisplay first(fixture.endpoint());
   TestDisplay second(fixture.endpoint());
+  freeze(fixture, first, 7);
   first.send(fluid_at(1000, 7, 1));
   wait_until_taken(first);
   second.send(fluid_at(-1, 7, 2));
@@ -54,6 +62,7 @@ TEST(FluidOfTheStream, MeasuresFluidInTheVolumeOnShowOneRegionAfterTheOther) {
   EXPECT_EQ(none.request_id(), 2U);
   EXPECT_EQ(none.refused().message(), "this point is not in fluid");
 
+  // The renderer shows another volume by then.
   first.send(fluid_at(1000, 7, 3));
   fixture.answer_fluid(8);
   EXPECT_NE(first.next(Body::kFluidReply).fluid_reply().refused().message().find("another volume"),
@@ -67,6 +76,10 @@ TEST(FluidOfTheStream, MeasuresFluidInTheVolumeOnShowOneRegionAfterTheOther) {
 TEST(FluidOfTheStream, RefusesToMeasureFluidAtNoPlaceOrForACrowd) {
   ServerFixture fixture;
   TestDisplay display(fixture.endpoint());
+  display.send(fluid_at(1, 7, 1));
+  EXPECT_NE(display.next(Body::kFluidReply).fluid_reply().refused().message().find("not frozen"),
+            std::string::npos);
+  freeze(fixture, display, 7);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double x_mm : {nan, 1e9, -std::numeric_limits<double>::infinity()}) {
     display.send(fluid_at(x_mm, 7, 1));
@@ -74,9 +87,9 @@ TEST(FluidOfTheStream, RefusesToMeasureFluidAtNoPlaceOrForACrowd) {
               std::string::npos);
   }
   v1::ClientMessage shifted = fluid_at(1, 7, 1);
-  shifted.mutable_fluid()->set_border_db(12.5);
+  shifted.mutable_fluid()->set_border_db(3.5);
   display.send(shifted);
-  EXPECT_NE(display.next(Body::kFluidReply).fluid_reply().refused().message().find("expected -12 to 12"),
+  EXPECT_NE(display.next(Body::kFluidReply).fluid_reply().refused().message().find("expected -12 to 3"),
             std::string::npos);
   EXPECT_FALSE(fixture.has_volume_order());
 
@@ -90,7 +103,11 @@ TEST(FluidOfTheStream, RefusesToMeasureFluidAtNoPlaceOrForACrowd) {
   EXPECT_NE(
       display.next(Body::kFluidReply).fluid_reply().refused().message().find("measurements of fluid wait"),
       std::string::npos);
-  crowd.erase(crowd.begin() + 1);  // one that waits goes
+  // One that waits goes, and makes room.
+  crowd.erase(crowd.begin() + 1);
+  while (fixture.counters().sessions_closed.value() == 0) wait_until_taken(display);
+  display.send(fluid_at(1, 7, 10));
+  wait_until_taken(display);
   for (std::size_t count = 0; count < FluidDesk::kMostRequests; ++count) fixture.answer_fluid(7);
   EXPECT_TRUE(crowd.back()->next(Body::kFluidReply).fluid_reply().has_found());
 }

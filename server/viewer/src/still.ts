@@ -161,6 +161,7 @@ async function imageOf(overlay: SVGSVGElement, canvas: HTMLCanvasElement): Promi
   [context.strokeStyle, context.fillStyle, context.lineWidth] = ["#ffe14d", "#ffe14d", 2];
   context.font = "600 14px sans-serif";
   for (const part of overlay.children) {
+    if (part.classList.contains("offered")) continue; // not accepted yet
     if (part instanceof SVGPathElement) {
       context.setLineDash(part.classList.contains("path") ? [3, 3] : []);
       context.stroke(new Path2D(part.getAttribute("d") ?? ""));

@@ -38,7 +38,7 @@ export const kKinds: Readonly<Record<Kind, KindInfo>> = {
   fluid: {
     title: "Fluid",
     points: 1,
-    hints: ["Click inside the fluid, in a plane (four panes: key 4)."],
+    hints: ["Click inside the fluid in one of the planes, not in 3D (four panes: key 4)."],
   },
 };
 

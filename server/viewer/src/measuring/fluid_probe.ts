@@ -9,8 +9,12 @@ import { kNotForDiagnosis, type Measurement, type MeasurementList } from "./meas
 import { regionGrid, type RegionGrid } from "./region_border";
 
 const kStepDb = 1.5; // of the border's level, as the deviation is for
-const kMostDb = 6;
+const kLeastDb = -6;
+const kMostDb = 3; // the server's: above, the border is about as bright as the wall
 const kMm3PerCm3 = 1000;
+const kUncertain = 0.15; // of the volume: a border that moves this much by kStepDb may be none
+const kKeep = "The line follows the border: keep the volume";
+const kUnseen = "No plane on show passes through the border: show the planes (key 4)";
 
 /** FluidRequest */
 export interface FluidQuestion {
@@ -28,6 +32,8 @@ export interface FluidEvents {
   captured(picture: Picture): Date | undefined;
   /** What is drawn has changed. */
   changed(): void;
+  /** The border was removed: what can be done now is to be said. */
+  dropped(): void;
 }
 
 interface Seed {
@@ -48,6 +54,7 @@ export class FluidProbe {
   private offer: Offer | undefined;
   private lastId = 0n;
   private readonly bar = find("#fluid-bar", HTMLElement);
+  private readonly keepButton = find("#keep-fluid", HTMLButtonElement);
   private readonly tighter = find("#fluid-tighter", HTMLButtonElement);
   private readonly wider = find("#fluid-wider", HTMLButtonElement);
 
@@ -55,8 +62,11 @@ export class FluidProbe {
     private readonly list: MeasurementList,
     private readonly events: FluidEvents,
   ) {
-    find("#keep-fluid", HTMLButtonElement).onclick = () => this.keep();
-    find("#drop-fluid", HTMLButtonElement).onclick = () => this.drop();
+    this.keepButton.onclick = () => this.keep();
+    find("#drop-fluid", HTMLButtonElement).onclick = () => {
+      this.drop();
+      this.events.dropped();
+    };
     this.tighter.onclick = () => this.growAgain(-kStepDb);
     this.wider.onclick = () => this.growAgain(kStepDb);
   }
@@ -70,8 +80,15 @@ export class FluidProbe {
     return this.offer?.grid;
   }
 
+  /** Whether the picture shows the border: what is not seen cannot be accepted. */
+  setSeen(isSeen: boolean): void {
+    this.keepButton.disabled = !isSeen || this.isAsking;
+    this.keepButton.title = isSeen ? kKeep : kUnseen;
+  }
+
   /** `place`: such as "in plane A". */
   begin(picture: Picture, at: Mm, place: string): void {
+    this.offer = undefined;
     this.ask({ picture, at, place, borderDb: 0 });
   }
 
@@ -86,7 +103,8 @@ export class FluidProbe {
     if (!asked || requestId !== asked.id) return;
     this.asked = undefined;
     if (outcome.case === "refused") {
-      this.events.say(`No volume: ${outcome.value.message}.`);
+      const before = this.offer ? ` The border before is still drawn: ${offerText(this.offer)}.` : "";
+      this.events.say(`No volume: ${outcome.value.message}.${before}`);
       return this.refresh();
     }
     const grid = outcome.case === "found" ? regionGrid(outcome.value) : undefined;
@@ -95,9 +113,9 @@ export class FluidProbe {
     const { volumeMm3, deviationMm3 } = outcome.value;
     const volume = { name: "volume", value: cm3(volumeMm3), unit: "cm³", uncertainty: cm3(deviationMm3) } as const;
     this.offer = { ...asked, grid, volume };
+    const warning = deviationMm3 > kUncertain * volumeMm3 ? "Uncertain: the line may run into tissue. " : "";
     this.events.say(
-      `${figureText(volume)}${shiftText(asked.borderDb)}. Keep it if the line follows the border in every plane. ` +
-        kNotForDiagnosis,
+      `${offerText(this.offer)}. ${warning}Keep it if the line follows the border in every plane. ${kNotForDiagnosis}`,
     );
     this.refresh();
   }
@@ -121,7 +139,7 @@ export class FluidProbe {
     const captured = this.events.captured(offer.picture);
     const made: Measurement | undefined = this.list.addFluid(
       {
-        place: `around a point ${offer.place}${shiftText(offer.borderDb)}`,
+        place: `clicked ${offer.place}${shiftText(offer.borderDb)}`,
         points: [offer.at],
         region: offer.grid,
         volumeId: offer.picture.volumeId,
@@ -129,23 +147,28 @@ export class FluidProbe {
       },
       offer.volume,
     );
-    this.offer = undefined;
+    if (made) this.offer = undefined;
     if (made) this.events.say(`Kept as measurement ${made.name}. ${kNotForDiagnosis}`);
     else this.events.say("There are many measurements already: remove some first.");
     this.refresh();
   }
 
   private refresh(): void {
-    const had = this.bar.contains(document.activeElement);
+    // Not after a click, which leaves the keys to the page.
+    const had = this.bar.querySelector(":focus-visible") !== null;
     this.bar.hidden = this.offer === undefined;
     if (had && this.bar.hidden) find("#measure-kind", HTMLSelectElement).focus(); // not lost with the buttons
     const atDb = this.offer?.borderDb ?? 0;
-    this.tighter.disabled = atDb <= -kMostDb;
-    this.wider.disabled = atDb >= kMostDb;
+    this.tighter.disabled = this.isAsking || atDb <= kLeastDb;
+    this.wider.disabled = this.isAsking || atDb >= kMostDb;
     this.events.changed();
   }
 }
 
+function offerText({ volume, borderDb }: Offer): string {
+  return `${figureText(volume)}${shiftText(borderDb)}`;
+}
+
 function shiftText(borderDb: number): string {
-  return borderDb === 0 ? "" : `, border ${borderDb > 0 ? "+" : "−"}${Math.abs(borderDb)} dB`;
+  return borderDb === 0 ? "" : `, border ${Math.abs(borderDb)} dB ${borderDb > 0 ? "wider" : "tighter"}`;
 }

@@ -10,7 +10,7 @@ import { kKinds, type Kind, type Mm } from "./figures";
 import { FluidProbe, type FluidQuestion } from "./fluid_probe";
 import { MeasurePanel } from "./measure_panel";
 import { borderParts, clickedParts, drawnParts, fluidParts, type DrawnMeasurement } from "./measured_drawing";
-import { planePlaces, surfacePlaces } from "./measured_places";
+import { acrossOf, planePlaces, surfacePlaces } from "./measured_places";
 import {
   kNotForDiagnosis,
   measurementLine,
@@ -102,6 +102,7 @@ export class MeasureTool {
       say: (sentence) => this.say(sentence),
       captured: (picture) => this.events.captured(picture),
       changed: () => this.draw(),
+      dropped: () => this.sayHint(),
     });
   }
 
@@ -145,11 +146,16 @@ export class MeasureTool {
       this.freeze();
       return this.sayHint();
     }
-    if (this.asked || this.fluid.isAsking) return this.say("The last measurement is still under way.");
+    if (this.asked || this.fluid.isAsking)
+      return this.say("The last measurement is still under way: click again then.");
     if (this.list.isFull) return this.say("There are many measurements already: remove some first.");
     const pixel = picturePixel(pointer, this.canvas);
     const plane = planeAt(pixel, this.events.planes(this.canvas));
-    if (!plane && (!this.events.showsSurface() || this.panel.kind() === "fluid")) return this.sayHint();
+    if (!plane && this.panel.kind() === "fluid") {
+      this.fluid.drop();
+      return this.sayHint();
+    }
+    if (!plane && !this.events.showsSurface()) return this.sayHint();
     if (plane && !this.events.isCurrent())
       return this.say("These planes are not drawn yet, or this display is on hold: click again.");
     this.add(pixel, plane);
@@ -371,8 +377,10 @@ export class MeasureTool {
     this.overlay.setAttribute("viewBox", `0 0 ${width} ${kDrawnHeight}`);
     const clicks = this.pending?.clicks.map(({ x, y }) => ({ x: x * width, y: y * kDrawnHeight })) ?? [];
     const underWay = clickedParts(clicks, this.pending?.kind === "area");
-    const grown = this.fluid.shown ? borderParts(this.fluid.shown, this.currentPlanes(), this.canvas.height) : [];
-    this.overlay.replaceChildren(...this.drawn().flatMap(({ parts }) => parts), ...grown, ...underWay);
+    const { shown } = this.fluid;
+    const offered = shown ? borderParts(shown, this.currentPlanes(), this.canvas.height, "offered") : [];
+    this.fluid.setSeen(offered.length > 0);
+    this.overlay.replaceChildren(...this.drawn().flatMap(({ parts }) => parts), ...offered, ...underWay);
     this.panel.underWay(clicks.length);
     this.panel.showList(this.picture?.volumeId);
   }
@@ -380,11 +388,6 @@ export class MeasureTool {
 
 function forwardOf(view: View | undefined): Mm | undefined {
   return view?.matrix.length === 16 ? [view.matrix[2]!, view.matrix[6]!, view.matrix[10]!] : undefined;
-}
-
-/** At right angles to the plane. */
-function acrossOf({ right, up }: ShownPlane): Mm {
-  return [right.y * up.z - right.z * up.y, right.z * up.x - right.x * up.z, right.x * up.y - right.y * up.x];
 }
 
 function mmOf({ x, y, z }: BodyPoint): Mm {

@@ -38,10 +38,15 @@ export function drawnParts(
 }
 
 /** The border of a region in each plane that passes through it. `height`: of the picture, pixels. */
-export function borderParts(grid: RegionGrid, planes: readonly ShownPlane[], height: number): SVGElement[] {
+export function borderParts(
+  grid: RegionGrid,
+  planes: readonly ShownPlane[],
+  height: number,
+  kind: "kept" | "offered" = "kept",
+): SVGElement[] {
   return planes.flatMap((plane) => {
     const lines = borderIn(grid, plane).map((ends) => pathOf(ends.map((end) => drawnAt(end, height))));
-    return lines.length > 0 ? [drawing("path", { d: lines.join(""), class: "region" })] : [];
+    return lines.length > 0 ? [drawing("path", { d: lines.join(""), class: `region ${kind}` })] : [];
   });
 }
 

@@ -49,3 +49,8 @@ export function surfacePlaces(mode: string, full: Size, view: View | undefined):
     return drawnAt({ x: pixel.x + 0.5, y: pixel.y + 0.5 }, full.height || 1);
   };
 }
+
+/** At right angles to the plane. */
+export function acrossOf({ right, up }: ShownPlane): Mm {
+  return [right.y * up.z - right.z * up.y, right.z * up.x - right.x * up.z, right.x * up.y - right.y * up.x];
+}

@@ -5,6 +5,7 @@ import { figuresOf, figureText, kKinds, volumeOf, type Figure, type Kind, type M
 
 export const kNotForDiagnosis = "Not for diagnosis.";
 const kMost = 200;
+const kBorderMoves = "The deviation is that of a border 1.5 dB higher or lower.";
 
 export interface Measurement {
   id: number;
@@ -152,7 +153,7 @@ export function csvOf(measurements: readonly Measurement[]): string {
         of.runId.toString(16),
         of.captured?.toISOString() ?? "",
         of.points.map((point) => point.map((mm) => mm.toFixed(2)).join(" ")).join("; "),
-        kNotForDiagnosis,
+        of.kind === "fluid" ? `${kBorderMoves} ${kNotForDiagnosis}` : kNotForDiagnosis,
       ]
         .map(cell)
         .join(","),

@@ -4,6 +4,7 @@ import type { FluidRegion } from "../../generated/fanlight_pb.js";
 import type { ShownPlane } from "../shown_planes";
 import { pixelOf, type PagePoint } from "../view_geometry";
 import type { Mm } from "./figures";
+import { acrossOf } from "./measured_places";
 
 const kBorder = 128; // FluidRegion.depths
 const kMostCells = 48;
@@ -51,8 +52,23 @@ export function depthAt({ first, stepMm, size, depths }: RegionGrid, at: Mm): nu
 /** Two ends, pixels of the picture. */
 export type Segment = readonly [PagePoint, PagePoint];
 
-/** The border in a plane; none where the plane does not pass through the region. */
+const kept = new WeakMap<RegionGrid, Map<string, Segment[]>>();
+const kMostKept = 12; // planes
+
+/** The border in a plane; none where the plane does not pass through the region. Found once for each plane. */
 export function borderIn(grid: RegionGrid, plane: ShownPlane): Segment[] {
+  const found = kept.get(grid) ?? new Map<string, Segment[]>();
+  kept.set(grid, found);
+  const key = JSON.stringify(plane);
+  const before = found.get(key);
+  if (before) return before;
+  if (found.size >= kMostKept) found.clear();
+  const made = madeBorder(grid, plane);
+  found.set(key, made);
+  return made;
+}
+
+function madeBorder(grid: RegionGrid, plane: ShownPlane): Segment[] {
   const { right, up, centre, part, fieldMm } = plane;
   const half = grid.size.map((cells) => ((cells - 1) / 2) * grid.stepMm);
   const middle = grid.first.map((mm, axis) => mm + half[axis]!);
@@ -60,6 +76,9 @@ export function borderIn(grid: RegionGrid, plane: ShownPlane): Segment[] {
   const along = ({ x, y, z }: ShownPlane["right"], of: Mm) => x * of[0] + y * of[1] + z * of[2];
   const reach = ({ x, y, z }: ShownPlane["right"]) =>
     Math.abs(x) * half[0]! + Math.abs(y) * half[1]! + Math.abs(z) * half[2]!;
+  const [x, y, z] = acrossOf(plane);
+  const across = { x, y, z };
+  if (Math.abs(along(across, away)) > reach(across)) return [];
   const from = { right: along(right, away) - reach(right), up: along(up, away) - reach(up) };
   const longest = 2 * Math.max(reach(right), reach(up));
   const step = Math.max(grid.stepMm / kStepsACell, longest / kMostSteps);
