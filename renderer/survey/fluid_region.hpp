@@ -19,7 +19,7 @@ struct FluidRegion {
       0;                    ///< what the volume changes by where the border's level is 1.5 dB higher or lower
   double fluid_level = 0;   ///< mean grey level inside
   double border_level = 0;  ///< grey level of the border
-  double wall_level = 0;    ///< median grey level of the tissue around
+  double wall_level = 0;    ///< grey level of the wall: see flatten_wall()
   /// The border in space, for drawing: it lies where `depths`, interpolated between the centres of the cells,
   /// pass through kBorder. Larger inside.
   CellBox box;

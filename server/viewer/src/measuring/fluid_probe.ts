@@ -108,7 +108,10 @@ export class FluidProbe {
       return this.refresh();
     }
     const grid = outcome.case === "found" ? regionGrid(outcome.value) : undefined;
-    if (outcome.case !== "found" || !grid) return this.events.say("The server's answer cannot be read.");
+    if (outcome.case !== "found" || !grid) {
+      this.events.say("The server's answer cannot be read.");
+      return this.refresh();
+    }
     const cm3 = (mm3: number) => mm3 / kMm3PerCm3;
     const { volumeMm3, deviationMm3 } = outcome.value;
     const volume = { name: "volume", value: cm3(volumeMm3), unit: "cm³", uncertainty: cm3(deviationMm3) } as const;
@@ -147,9 +150,12 @@ export class FluidProbe {
       },
       offer.volume,
     );
-    if (made) this.offer = undefined;
-    if (made) this.events.say(`Kept as measurement ${made.name}. ${kNotForDiagnosis}`);
-    else this.events.say("There are many measurements already: remove some first.");
+    if (made) {
+      this.offer = undefined;
+      this.events.say(`Kept as measurement ${made.name}. ${kNotForDiagnosis}`);
+    } else {
+      this.events.say("There are many measurements already: remove some first.");
+    }
     this.refresh();
   }
 
