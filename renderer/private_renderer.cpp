@@ -186,14 +186,14 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
     case PrivateStep::kRelight:
     case PrivateStep::kLightShared:
       take_request(state, shown);
-      return light(state, shown, state.casts() ? LightPass::History::kNone : shown.history);
+      return light(state, shown, state.casts() ? std::nullopt : shown.earlier);
     case PrivateStep::kBeginCast:
       take_request(state, shown);
       return begin_cast(state, shown);
     case PrivateStep::kCastBand:
       return state.cast->submit_next(state.slot->bindings());
     case PrivateStep::kLightCast:
-      return light(state, shown, LightPass::History::kNone);
+      return light(state, shown, std::nullopt);
     case PrivateStep::kLightPiece:
       return state.light->submit_next();
   }
@@ -259,7 +259,8 @@ Result<void> PrivateRenderer::fit_light(ViewState& state, PictureSize size) cons
 }
 
 /// Submits the first piece of passes 2 and 3, and before it the weights that it needs.
-Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, LightPass::History history) {
+Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown,
+                                    const LightPass::Earlier& earlier) {
   VolumeInFlight& slot = *state.slot;
   const PictureSize size = size_of(state.scene, cast_config_.size);
   if (auto fits = fit_light(state, size); !fits) return fits;
@@ -270,10 +271,10 @@ Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, LightP
   } else {
     light.copy(slot.cast());
   }
-  if (history == LightPass::History::kUsable) light.follow(shown.previous.steady_for_private_views());
+  if (earlier) light.follow(shown.previous.steady_for_private_views());
   state.phase = WorkPhase::kLighting;
   state.stamp.view = picture_view(state.scene, size);
-  if (auto begun = light.begin(slot.effective(state.scene), history); !begun) return begun;
+  if (auto begun = light.begin(slot.effective(state.scene), earlier); !begun) return begun;
   return light.submit_next();
 }
 

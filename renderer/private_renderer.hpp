@@ -54,7 +54,7 @@ class PrivateRenderer {
     const VolumeInFlight& previous;  ///< the slot of the volume before
     const Scene& cast_scene;         ///< of the depth map in the slot
     std::uint64_t cast_number = 0;   ///< of the depth map, from 1
-    LightPass::History history = LightPass::History::kNone;
+    LightPass::Earlier earlier{};
   };
 
   /// Submits one piece of the work that is due; whether there was some. Precondition: nothing of the main
@@ -121,7 +121,7 @@ class PrivateRenderer {
   void take_request(ViewState& state, const Shown& shown);
   Result<void> begin_cast(ViewState& state, const Shown& shown);
   static Result<void> add_weights(ViewState& state);
-  Result<void> light(ViewState& state, const Shown& shown, LightPass::History history);
+  Result<void> light(ViewState& state, const Shown& shown, const LightPass::Earlier& earlier);
   static std::array<double, kStages> stage_ms(const ViewState& state);
 
   PassDevice device_;

@@ -370,7 +370,7 @@ PrivateRenderer::Shown Renderer::shown_for_private_views() const {
           .previous = slots_[1 - shown_]->slot,
           .cast_scene = shown.cast_scene.scene,
           .cast_number = shown.cast_number,
-          .history = history_of(shown)};
+          .earlier = earlier_than(shown)};
 }
 
 bool Renderer::main_busy() const {
@@ -416,17 +416,21 @@ Result<DepthMaps> Renderer::read_depth() {
 
 // ---- passes 2 and 3 of the main view
 
-VolumeInFlight::History Renderer::history_of(const SlotState& state) const {
-  using History = VolumeInFlight::History;
-  if (replaces_frames()) return History::kNone;  // a single slot is used, and it keeps no last volume
+/// The place of the depth map of the other slot, if the temporal filter may use it.
+VolumeInFlight::Earlier Renderer::earlier_than(const SlotState& state) const {
+  if (replaces_frames()) return std::nullopt;  // a single slot is used, and it keeps no last volume
   const SlotState& other = &state == slots_[0].get() ? *slots_[1] : *slots_[0];
   // The cine goes in any direction, and each of its volumes has one picture whatever was shown before.
-  if (state.is_kept || other.is_kept) return History::kNone;
-  const bool before =
-      other.filtered_volume_id > 0 && other.filtered_volume_id < state.slot.volume().volume_id;
-  const bool same_view =
-      before && first_pass_changed(other.filtered_view, state.cast_scene.scene) > FirstPass::kCast;
-  return same_view ? History::kUsable : History::kNone;
+  if (state.is_kept || other.is_kept) return std::nullopt;
+  if (other.filtered_volume_id == 0 || other.filtered_volume_id >= state.slot.volume().volume_id)
+    return std::nullopt;
+  // From another side, and in another size, it shows the same surface.
+  Scene here = other.filtered_view;
+  here.camera = state.cast_scene.scene.camera;
+  here.size = state.cast_scene.scene.size;
+  if (first_pass_changed(here, state.cast_scene.scene) <= FirstPass::kCast) return std::nullopt;
+  const PictureSize size = size_of(other.filtered_view, config_.size);
+  return MapPlace{.view = picture_view(other.filtered_view, size), .size = size};
 }
 
 Result<void> Renderer::light(SlotState& state) {
@@ -473,7 +477,7 @@ Result<void> Renderer::submit_light_piece(SlotState& state) {
 
 Result<void> Renderer::submit_light(SlotState& state) {
   take_light_scene(state);
-  if (auto lit = state.slot.light(state.lit_scene.scene, history_of(state)); !lit) {
+  if (auto lit = state.slot.light(state.lit_scene.scene, earlier_than(state)); !lit) {
     // The next advance() lights it by the scene that is in force then.
     return falls_back(lit.error()) ? Result<void>{} : lit;
   }

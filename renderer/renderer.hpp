@@ -268,7 +268,7 @@ class Renderer {
   Result<void> retry_held();
   Result<void> observe();
   std::uint32_t nearest_frame_index(double angle_rad) const;
-  VolumeInFlight::History history_of(const SlotState& state) const;
+  VolumeInFlight::Earlier earlier_than(const SlotState& state) const;
   bool private_views_have_input() const;
   PrivateRenderer::Shown shown_for_private_views() const;
 

@@ -45,13 +45,13 @@ void VolumeInFlight::follow(const VolumeInFlight& other) {
   light_.follow(other.light_.steady());
 }
 
-Result<void> VolumeInFlight::light(const Scene& scene, History history) {
+Result<void> VolumeInFlight::light(const Scene& scene, const Earlier& earlier) {
   if (on_one_device_) {
     light_.read(cast_);
   } else {
     light_.copy_by_host(cast_);
   }
-  if (auto begun = light_.begin(effective(scene), history); !begun) return begun;
+  if (auto begun = light_.begin(effective(scene), earlier); !begun) return begun;
   return on_one_device_ ? light_.submit_all() : light_.submit_next();
 }
 
@@ -100,7 +100,7 @@ Result<DepthMaps> VolumeInFlight::read_depth() {
 
 const GpuBuffer& VolumeInFlight::steady_for_private_views() const {
   if (on_one_device_) return light_.steady();
-  const std::size_t bytes = light_.size().pixels() * sizeof(float);
+  const std::size_t bytes = light_.size().pixels() * sizeof(glm::vec2);
   std::ranges::copy(light_.steady().mapped().first(bytes), steady_copy_.mapped().begin());
   return steady_copy_;
 }

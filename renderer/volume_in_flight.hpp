@@ -118,10 +118,10 @@ class VolumeInFlight {
   bool cast_submitted() const { return frames_.done() && cast_.submitted(); }
   bool cast_nearly_submitted() const { return frames_.done() && cast_.nearly_submitted(); }
 
-  using History = LightPass::History;
+  using Earlier = LightPass::Earlier;
   /// Submits passes 2 and 3: on one device all, on two the first piece. Precondition: no cast is under way,
   /// maps_are_written(), and nothing of passes 2 and 3 is outstanding.
-  Result<void> light(const Scene& scene, History history);
+  Result<void> light(const Scene& scene, const Earlier& earlier);
 
   /// Submits the next piece of light(). Before it, where `changed` is not null, takes that scene over as
   /// LightPass::change(). Precondition: !light_submitted(), light_outstanding() is 0.

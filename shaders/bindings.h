@@ -10,6 +10,7 @@
 #define FANLIGHT_BINDING_CAST_PARAMETERS 0
 #define FANLIGHT_BINDING_LIGHT_PARAMETERS 1
 #define FANLIGHT_BINDING_NEAR_TISSUE 36
+#define FANLIGHT_BINDING_STEADY_PARAMETERS 39
 
 // The volume, as passes 0 and 1 read it. Frames are in order of ascending angle.
 // 3D texture: column, row, frame.
@@ -34,10 +35,12 @@
 #define FANLIGHT_BINDING_CONFIDENCE 9
 // Packed RGBA8 a pixel: the colours of pass 1, and in alpha the certainty (certainty.h).
 #define FANLIGHT_BINDING_VOLUME_COLOUR 10
-// float a pixel: the temporally filtered depth map of the previous volume, mm.
-#define FANLIGHT_BINDING_PREVIOUS_DEPTH 11
-// float a pixel: that of this volume, mm.
-#define FANLIGHT_BINDING_TEMPORAL_DEPTH 12
+// vec2 a pixel of its picture: the steady map of an earlier volume.
+#define FANLIGHT_BINDING_EARLIER_MAP 11
+// vec2 a pixel: the steady map: depth after the temporal filter, mm, and the number of volumes in it.
+#define FANLIGHT_BINDING_STEADY_MAP 12
+// MapAlignment (map_alignment.h).
+#define FANLIGHT_BINDING_MAP_ALIGNMENT 38
 // float a pixel: the same without islands, mm.
 #define FANLIGHT_BINDING_CLEANED 13
 // float a pixel: the same with holes filled, mm.

@@ -3,8 +3,8 @@
 // surface where less than a quarter of the window around it lies on the same surface. A quarter is what a
 // window at the corner of a large surface has.
 //
-// Reads: temporal_depth; cleanup_tiles, uint a tile.
-// Writes: cleaned. Maps: float a pixel, mm, height x width of the picture.
+// Reads: steady_map, vec2 a pixel: depth in mm, and volumes; cleanup_tiles, uint a tile.
+// Writes: cleaned, float a pixel, mm. Maps: height x width of the picture.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -13,8 +13,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = FANLIGHT_BINDING_TEMPORAL_DEPTH, scalar) readonly buffer TemporalDepth {
-  float temporal_depth[];
+layout(binding = FANLIGHT_BINDING_STEADY_MAP, scalar) readonly buffer SteadyMap {
+  vec2 steady_map[];
 };
 layout(binding = FANLIGHT_BINDING_CLEANED, scalar) writeonly buffer Cleaned {
   float cleaned[];
@@ -28,7 +28,7 @@ layout(binding = FANLIGHT_BINDING_CLEANUP_TILES, scalar) readonly buffer Cleanup
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
-  float here = temporal_depth[index_of(pixel)];
+  float here = steady_map[index_of(pixel)].x;
   ivec4 window = window_about(pixel, lighting.islands_radius);
   ivec2 size = window.zw - window.xy + 1;
   bool may_be_island = here >= 0.0 && cleanup_tiles[tile_of(uvec2(pixel), lighting.width)] != 0u;
@@ -36,7 +36,7 @@ void main() {
   // A loop, not an `if`: where no lane may be an island, nothing is read.
   for (int y = window.y; y <= (may_be_island ? window.w : -1); ++y) {
     for (int x = window.x; x <= window.z; ++x) {
-      on_surface += same_surface(here, temporal_depth[index_of(ivec2(x, y))]) ? 1 : 0;
+      on_surface += same_surface(here, steady_map[index_of(ivec2(x, y))].x) ? 1 : 0;
     }
   }
   cleaned[index_of(pixel)] = 4 * on_surface >= size.x * size.y ? here : FANLIGHT_NO_SURFACE;

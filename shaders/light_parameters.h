@@ -24,7 +24,6 @@ FANLIGHT_SHADER_STRUCT(LightParameters) {
   float view_scale_per_mm;
   float eye_height;  // perspective: of the eye above the view plane
 
-  float steady;        // weight of the previous volume's depths, 0 to 1
   float same_surface;  // largest step of one surface, mm
   int islands_radius;  // windows span 2 r + 1 pixels
   int holes_radius;

@@ -3,8 +3,8 @@
 // how much has a surface and how much of that is uncertain. One invocation a row.
 //
 // Reads: smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, with the certainty (certainty.h).
-//   Both: height x width of the picture.
-// Writes: totals (map_totals.h), which hold FANLIGHT_MAX_DEPTH, 0 and 0 before.
+//   steady_map, vec2 a pixel: depth before the other filters, and volumes. All: height x width of the picture.
+// Writes: totals (map_totals.h), which hold FANLIGHT_MAX_DEPTH and 0 before.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -24,6 +24,9 @@ layout(binding = FANLIGHT_BINDING_MAP_TOTALS, scalar) buffer Totals {
 layout(binding = FANLIGHT_BINDING_VOLUME_COLOUR, scalar) readonly buffer Colours {
   uint volume_colour[];
 };
+layout(binding = FANLIGHT_BINDING_STEADY_MAP, scalar) readonly buffer SteadyMap {
+  vec2 steady_map[];
+};
 
 void main() {
   if (gl_GlobalInvocationID.x >= lighting.height) return;
@@ -31,14 +34,19 @@ void main() {
   float smallest = FANLIGHT_MAX_DEPTH;
   uint surface_pixels = 0u;
   uint uncertain_pixels = 0u;
+  uint volumes = 0u;
   for (uint x = 0u; x < lighting.width; ++x) {
     float depth = smooth_depth[row_start + x];
     smallest = depth >= 0.0 ? min(smallest, depth) : smallest;
     surface_pixels += depth >= 0.0 ? 1u : 0u;
     uncertain_pixels += depth >= 0.0 && certainty_of(volume_colour[row_start + x]) < 1.0 ? 1u : 0u;
+    // A hole that was filled has none of its own.
+    float averaged = max(steady_map[row_start + x].y, 1.0);
+    volumes += depth >= 0.0 ? uint(averaged * float(FANLIGHT_VOLUME_UNITS) + 0.5) : 0u;
   }
   // The bits of floats that are not negative have the order of the floats.
   atomicMin(totals.min_depth, floatBitsToUint(smallest));
   atomicAdd(totals.surface_pixels, surface_pixels);
   atomicAdd(totals.uncertain_pixels, uncertain_pixels);
+  atomicAdd(totals.volumes, volumes);
 }

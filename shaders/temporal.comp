@@ -1,34 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pass 2, temporal filter: moves each depth towards that of the previous volume, where both show the same
-// surface (renderer/ALGORITHM.md, pass 2): now + steady * (before - now). It calms the depth map from volume
-// to volume.
+// Pass 2, temporal filter, last step: the mean of each depth and of those that earlier volumes show of the
+// same place of the body (renderer/ALGORITHM.md, pass 2). A pixel counts the volumes of its mean, and starts
+// again where the body has moved by itself.
 //
-// Reads: depth; previous_depth, the result for the previous volume.
-// Writes: temporal_depth. All: float a pixel, mm, height x width of the picture.
+// Reads: depth, float a pixel, mm; with kAverages earlier_map, the steady map of an earlier volume, and
+//   alignment.
+// Writes: steady_map, vec2 a pixel: depth in mm, and the number of volumes in it, 0 without a surface. Maps:
+//   height x width of the picture.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "bindings.h"
 #include "light_parameters.h"
+#include "map_alignment.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
+
+// false: there is no earlier map, or the filter is off.
+layout(constant_id = 0) const bool kAverages = false;
 
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap {
   float depth[];
 };
-layout(binding = FANLIGHT_BINDING_PREVIOUS_DEPTH, scalar) readonly buffer PreviousDepth {
-  float previous_depth[];
+layout(binding = FANLIGHT_BINDING_EARLIER_MAP, scalar) readonly buffer EarlierMap {
+  vec2 earlier_map[];
 };
-layout(binding = FANLIGHT_BINDING_TEMPORAL_DEPTH, scalar) writeonly buffer TemporalDepth {
-  float temporal_depth[];
+layout(binding = FANLIGHT_BINDING_STEADY_MAP, scalar) writeonly buffer SteadyMap {
+  vec2 steady_map[];
+};
+layout(binding = FANLIGHT_BINDING_MAP_ALIGNMENT, scalar) readonly buffer Alignment {
+  MapAlignment alignment;
 };
 #include "surface_map.h"
+#define FANLIGHT_READS_EARLIER_MAP
+#include "earlier_map.h"
+
+vec2 agreement_of(ivec2 cell) {
+  int number = cell.y * FANLIGHT_MAP_CELLS + cell.x;
+  return vec2(alignment.doubt[number], alignment.stretch[number]);
+}
+
+// Doubt and stretch between the middles of cells.
+vec2 agreement_at(vec2 pixel) {
+  MapView view = steady.now;
+  ivec2 last = max(ivec2(view.cells_across, view.cells_down) - 1, ivec2(0));
+  vec2 at = clamp(cells_at(view, pixel), vec2(0.0), vec2(last));
+  ivec2 first = ivec2(at);
+  ivec2 next = min(first + 1, last);
+  vec2 share = at - vec2(first);
+  vec2 upper = mix(agreement_of(first), agreement_of(ivec2(next.x, first.y)), share.x);
+  vec2 lower = mix(agreement_of(ivec2(first.x, next.y)), agreement_of(next), share.x);
+  return mix(upper, lower, share.y);
+}
+
+// The mean and the number of its volumes.
+vec2 averaged(ivec2 pixel, float now) {
+  vec3 local = place_at(steady.now, vec2(pixel), now);
+  vec3 place =
+      alignment.origin + local.x * alignment.right + local.y * alignment.down + local.z * alignment.forward;
+  vec2 before = earlier_at(pixel_at(steady.earlier, place));
+  vec2 agreement = agreement_at(vec2(pixel));
+  float away = place.z - before.x;
+  bool same = in_view(pixel) && same_surface(place.z, before.x) && before.y >= 1.0;
+  float known = 1.0 / (1.0 / max(before.y, 1.0) + agreement.x);
+  float volumes = same ? min(1.0 + known, steady.most_volumes) : 1.0;
+  return vec2(now - (1.0 - 1.0 / volumes) * agreement.y * away, volumes);
+}
 
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
   uint index = index_of(pixel);
   float now = depth[index];
-  float before = previous_depth[index];
-  temporal_depth[index] = same_surface(now, before) ? now + lighting.steady * (before - now) : now;
+  vec2 result = vec2(now, now >= 0.0 ? 1.0 : 0.0);
+  bool averages = kAverages && now >= 0.0 && alignment.found != 0u;
+  // A loop, not an `if`: where no lane has a surface, nothing is read.
+  for (int once = averages ? 0 : 1; once < 1; ++once) result = averaged(pixel, now);
+  steady_map[index] = result;
 }

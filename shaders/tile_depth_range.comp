@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass 2: the range of depths in each tile of 8 x 8 pixels, for cleanup_tiles.comp. One invocation a tile.
 //
-// Reads: temporal_depth, float a pixel, mm, height x width of the picture.
+// Reads: steady_map, vec2 a pixel: depth in mm, and volumes; height x width of the picture.
 // Writes: tile_depth_ranges, vec2 a tile, mm: the smallest depth, negative if a pixel has no surface; the
 //   largest, negative if no pixel has one.
 #version 460
@@ -12,8 +12,8 @@
 
 layout(local_size_x = 8) in;
 
-layout(binding = FANLIGHT_BINDING_TEMPORAL_DEPTH, scalar) readonly buffer TemporalDepth {
-  float temporal_depth[];
+layout(binding = FANLIGHT_BINDING_STEADY_MAP, scalar) readonly buffer SteadyMap {
+  vec2 steady_map[];
 };
 layout(binding = FANLIGHT_BINDING_TILE_DEPTH_RANGES, scalar) writeonly buffer TileDepthRanges {
   vec2 tile_depth_ranges[];
@@ -31,7 +31,7 @@ void main() {
   for (uint y = 0u; y < kTile; ++y) {
     for (uint x = 0u; x < kTile; ++x) {
       uvec2 pixel = min(first + uvec2(x, y), last);
-      float depth = temporal_depth[pixel.y * lighting.width + pixel.x];
+      float depth = steady_map[pixel.y * lighting.width + pixel.x].x;
       smallest = min(smallest, depth);
       largest = max(largest, depth);
     }

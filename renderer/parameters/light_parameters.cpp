@@ -45,7 +45,6 @@ void set_viewport(shaders::LightParameters& to, const Scene& scene, PictureSize 
 
 void set_filter(shaders::LightParameters& to, const Scene& scene, double farthest_mm) {
   const Scene::Filter& filter = scene.filter;
-  to.steady = static_cast<float>(filter.steady);
   to.same_surface = static_cast<float>(filter.step_mm);
   to.islands_radius = filter.islands / 2;
   to.holes_radius = filter.holes / 2;
@@ -170,6 +169,14 @@ PipelineKey scatter_key(bool along_columns, bool perspective) {
 
 }  // namespace
 
+PipelineKey map_cells_key(bool earlier) {
+  return {.shader = Shader::kMapCells, .constants = {earlier ? 1 : 0}};
+}
+
+PipelineKey temporal_key(bool averages) {
+  return {.shader = Shader::kTemporal, .constants = {averages ? 1 : 0}};
+}
+
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm) {
   shaders::LightParameters to{};
   set_viewport(to, scene, size);
@@ -209,6 +216,8 @@ LightKeys light_keys(const Scene& scene) {
 std::array<PipelineKey, kLightVariants> light_variants() {
   std::array<PipelineKey, kLightVariants> variants;
   auto* next = variants.data();
+  for (const bool earlier : {false, true}) *next++ = map_cells_key(earlier);
+  for (const bool averages : {false, true}) *next++ = temporal_key(averages);
   for (const bool first : {false, true}) {
     for (const bool second : {false, true}) {
       *next++ = light_key(first, second, false);

@@ -19,7 +19,7 @@ namespace fanlight {
 /// frame.
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm);
 
-/// The pipelines of pass 2 that depend on the scene; the other ones of passes 2 and 3 have no constants.
+/// The pipelines of pass 2 that depend on the scene.
 struct LightKeys {
   PipelineKey filter_rows;                ///< Shader::kMeanRows or kSmooth
   PipelineKey filter_columns;             ///< Shader::kMeanColumns or kSmooth
@@ -30,7 +30,12 @@ struct LightKeys {
 };
 LightKeys light_keys(const Scene& scene);
 
-inline constexpr std::size_t kLightVariants = 18;
+/// Of the temporal filter: the cells of this map or of the earlier one; and whether there is one to average
+/// with.
+PipelineKey map_cells_key(bool earlier);
+PipelineKey temporal_key(bool averages);
+
+inline constexpr std::size_t kLightVariants = 22;
 /// Every value that the keys of the light and of the smoothing filter can have, to be built before a scene
 /// needs them: a changed light or filter must not wait for a pipeline.
 std::array<PipelineKey, kLightVariants> light_variants();

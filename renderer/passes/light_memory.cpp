@@ -7,7 +7,9 @@
 #include "renderer/vulkan/command_recording.hpp"
 #include "shaders/bindings.h"
 #include "shaders/light_parameters.h"
+#include "shaders/map_alignment.h"
 #include "shaders/map_totals.h"
+#include "shaders/steady_parameters.h"
 
 namespace fanlight {
 
@@ -21,7 +23,10 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
   const WantedBuffer buffers[] = {
       {"light_parameters", &made.parameters, sizeof(shaders::LightParameters),
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
-      {"steady", &made.steady, pixels * sizeof(float), kStorage, steady_place},
+      {"steady_parameters", &made.steady_parameters, sizeof(shaders::SteadyParameters),
+       VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
+      {"alignment", &made.alignment, sizeof(shaders::MapAlignment), kStorage},
+      {"steady", &made.steady, pixels * sizeof(glm::vec2), kStorage, steady_place},
       {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage},
       {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage},
       {"filled", &made.filled, pixels * sizeof(float), kStorage},
@@ -46,8 +51,10 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
 void LightMemory::write_to(const DescriptorSets& descriptors) const {
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &parameters},
-      {FANLIGHT_BINDING_PREVIOUS_DEPTH, &steady},
-      {FANLIGHT_BINDING_TEMPORAL_DEPTH, &steady},
+      {FANLIGHT_BINDING_STEADY_PARAMETERS, &steady_parameters},
+      {FANLIGHT_BINDING_MAP_ALIGNMENT, &alignment},
+      {FANLIGHT_BINDING_EARLIER_MAP, &steady},
+      {FANLIGHT_BINDING_STEADY_MAP, &steady},
       // The depth map without islands is stored where the filtered one will be.
       {FANLIGHT_BINDING_CLEANED, &smooth_depth},
       {FANLIGHT_BINDING_TILE_DEPTH_RANGES, &tile_depths},

@@ -17,9 +17,11 @@ struct LightMemory {
 
   void write_to(const DescriptorSets& descriptors) const;
 
-  GpuBuffer parameters;  ///< shaders::LightParameters, written by the host
+  GpuBuffer parameters;         ///< shaders::LightParameters, written by the host
+  GpuBuffer steady_parameters;  ///< shaders::SteadyParameters, written by the host
   // Pass 2.
-  GpuBuffer steady;  ///< the temporally filtered depth map
+  GpuBuffer alignment;  ///< shaders::MapAlignment
+  GpuBuffer steady;     ///< the temporally filtered depth map: vec2 a pixel, depth and volumes
   GpuBuffer tile_depths;
   GpuBuffer uneven;
   GpuBuffer filled;

@@ -120,7 +120,7 @@ void LightPass::copy_by_host(const CastPass& cast) {
 }
 
 void LightPass::follow(const GpuBuffer& steady) const {
-  recorder_.descriptors().write(FANLIGHT_BINDING_PREVIOUS_DEPTH, steady);
+  recorder_.descriptors().write(FANLIGHT_BINDING_EARLIER_MAP, steady);
 }
 
 /// Learns from the last picture how long a step of each stage takes.
@@ -141,7 +141,7 @@ void LightPass::learn_step_times() {
 bool LightPass::MapsKey::operator==(const MapsKey& other) const {
   // All members have four bytes, without padding between them.
   using Words = std::array<std::uint32_t, sizeof(shaders::LightParameters) / sizeof(std::uint32_t)>;
-  return diffusion_steps == other.diffusion_steps &&
+  return diffusion_steps == other.diffusion_steps && averages == other.averages &&
          std::bit_cast<Words>(parameters) == std::bit_cast<Words>(other.parameters);
 }
 
@@ -156,13 +156,12 @@ LightStep LightPass::on_tiles(VkPipeline pipeline, const PixelRect& part) const 
 }
 
 /// Decides what passes 2 and 3 compute, and sets the part of the moving average in `parameters`.
-void LightPass::choose_regions(const Scene& scene, shaders::LightParameters& parameters) {
+void LightPass::choose_regions(const Scene& scene, bool averages, shaders::LightParameters& parameters) {
   const PixelRect all = PixelRect::whole(size_);
   regions_ = LightRegions::whole(size_);
-  maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene)};
+  maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene), .averages = averages};
   const bool as_last = is_new_input_ && maps_ == maps_due_ && filter_ == scene.filter;
-  partly_ = config_.copies == Copies::kByHost && as_last && parameters.steady == 0 &&
-            2 * changed_.pixels() < all.pixels();
+  partly_ = config_.copies == Copies::kByHost && as_last && !averages && 2 * changed_.pixels() < all.pixels();
   if (partly_) {
     // Where nothing has changed, any tile.
     const PixelRect part = changed_.empty() ? PixelRect{.right = 1, .bottom = 1} : changed_;
@@ -172,7 +171,40 @@ void LightPass::choose_regions(const Scene& scene, shaders::LightParameters& par
   maps_.reset();
 }
 
+/// Writes the parameters of the temporal filter. Returns whether it has anything to average with.
+bool LightPass::take_earlier(const Scene& scene, const Earlier& earlier) const {
+  const MapPlace now{.view = picture_view(scene, size_), .size = size_};
+  if (scene.filter.steady <= 0 || !earlier || earlier->view.part.width == 0 || now.view.part.width == 0)
+    return false;
+  memory_.steady_parameters.mapped_as<shaders::SteadyParameters>() =
+      steady_parameters(now, *earlier, scene.camera.distance_mm, scene.filter.steady);
+  return true;
+}
+
+/// The steps of the temporal filter.
+Result<void> LightPass::add_steady_steps() {
+  Pipelines& pipelines = recorder_.pipelines();
+  const bool averages = maps_due_.averages;
+  const auto now_cells = pipelines.get(map_cells_key(false));
+  if (!now_cells) return now_cells.error();
+  const auto earlier_cells = pipelines.get(map_cells_key(true));
+  if (!earlier_cells) return earlier_cells.error();
+  const auto temporal = pipelines.get(temporal_key(averages));
+  if (!temporal) return temporal.error();
+  const PixelRect cells{.right = FANLIGHT_MAP_CELLS, .bottom = FANLIGHT_MAP_CELLS};
+  if (averages) {
+    steps_.add(on_tiles(*now_cells, cells));
+    steps_.add(on_tiles(*earlier_cells, cells));
+    steps_.add({.pipeline = pipelines.fixed(Shader::kMapMotion), .groups_across = 1});
+    steps_.add(on_tiles(pipelines.fixed(Shader::kMapDifferences), cells));
+    steps_.add({.pipeline = pipelines.fixed(Shader::kMapAgreement), .groups_across = 1});
+  }
+  steps_.add(on_tiles(*temporal, regions_.changed));
+  return {};
+}
+
 Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
+  if (auto added = add_steady_steps(); !added) return added;
   Pipelines& pipelines = recorder_.pipelines();
   auto rows = pipelines.get(keys.filter_rows);
   if (!rows) return rows.error();
@@ -185,8 +217,7 @@ Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
   };
   // The moving average runs along whole rows and columns, the other filters on tiles.
   const bool mean = keys.filter_rows.shader == Shader::kMeanRows;
-  const std::array<LightStep, LightSteps::kMostFilterSteps> steps = {
-      on_tiles(pipelines.fixed(Shader::kTemporal), parts.changed),
+  const LightStep steps[] = {
       on_tile_rows(pipelines.fixed(Shader::kTileDepthRange), parts.changed),
       on_tile_rows(pipelines.fixed(Shader::kCleanupTiles), parts.uneven),
       on_tiles(pipelines.fixed(Shader::kIslands), parts.cleaned),
@@ -238,24 +269,21 @@ void LightPass::take_size(PictureSize size) {
   step_ms_ = {};
 }
 
-Result<void> LightPass::begin(const Scene& scene, History history) {
+Result<void> LightPass::begin(const Scene& scene, const Earlier& earlier) {
   const LightKeys keys = light_keys(scene);
   learn_step_times();
   take_size(*scene.size);
   shaders::LightParameters parameters = light_parameters(scene, size_, farthest_mm_);
-  if (history == History::kNone) parameters.steady = 0;
   // Without weights all count the same: the next volume's picture will have them.
   if (!input_.weighted) parameters.confidence_counts = 0;
   recorder_.reset_times();
   steps_.clear();
   is_first_of_cast_ = is_new_cast_;
   const bool filters = is_new_input_ || filter_ != scene.filter;
-  if (!filters) {
-    // The maps stay those of the last filter, whatever it would be now.
-    parameters.steady = filtered_.steady;
-    parameters.confidence_counts = filtered_.confidence_counts;
-  }
-  choose_regions(scene, parameters);
+  // Without the filter the maps stay those of the last one, whatever it would be now.
+  const bool averages = filters ? take_earlier(scene, earlier) : maps_due_.averages;
+  if (!filters) parameters.confidence_counts = filtered_.confidence_counts;
+  choose_regions(scene, averages, parameters);
   memory_.parameters.mapped_as<shaders::LightParameters>() = parameters;
   if (filters) {
     if (auto added = add_filter_steps(keys); !added) return added;
@@ -271,9 +299,9 @@ Result<void> LightPass::change(const Scene& scene) {
   auto& parameters = memory_.parameters.mapped_as<shaders::LightParameters>();
   shaders::LightParameters changed = light_parameters(scene, size_, farthest_mm_);
   // What begin() knew besides the scene.
-  changed.steady = parameters.steady;
   changed.confidence_counts = parameters.confidence_counts;
-  maps_due_ = {.parameters = changed, .diffusion_steps = diffusion_steps(scene)};
+  maps_due_ = {
+      .parameters = changed, .diffusion_steps = diffusion_steps(scene), .averages = maps_due_.averages};
   // Another light changes pixels that keep their depth.
   regions_.lit = regions_.outlined = regions_.finished = LightRegions::whole(size_).lit;
   set_smooth_part(changed, regions_.smooth);
@@ -371,6 +399,7 @@ void LightPass::read_picture(const PictureStamp& stamp, Picture& to) const {
   to.stamp.surface_id = surface_id_;
   to.stamp.surface_share = surface_share();
   to.stamp.uncertain_share = uncertain_share();
+  to.stamp.mean_volumes = mean_volumes();
   to.width = size_.width;
   to.height = size_.height;
   const auto rgba = memory_.read_back.mapped().first(4 * pixels());
@@ -398,6 +427,13 @@ double LightPass::uncertain_share() const {
   const auto& totals = memory_.read_back_totals.mapped_as<shaders::MapTotals>();
   if (filtered_.show != FANLIGHT_SHOW_SURFACE || totals.surface_pixels == 0) return 0;
   return static_cast<double>(totals.uncertain_pixels) / totals.surface_pixels;
+}
+
+/// Of the pixels that have a surface, the mean number of volumes that their depths come from.
+double LightPass::mean_volumes() const {
+  const auto& totals = memory_.read_back_totals.mapped_as<shaders::MapTotals>();
+  if (totals.surface_pixels == 0) return 1;
+  return static_cast<double>(totals.volumes) / (FANLIGHT_VOLUME_UNITS * static_cast<double>(totals.surface_pixels));
 }
 
 Result<void> LightPass::submit_next() {

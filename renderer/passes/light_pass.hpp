@@ -10,6 +10,7 @@
 #include "proto/model/picture.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/parameters/light_parameters.hpp"
+#include "renderer/parameters/steady_parameters.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/cast_maps.hpp"
 #include "renderer/passes/cast_pass.hpp"
@@ -63,16 +64,17 @@ class LightPass {
   /// Sets the temporal filter's input: steady() of the volumes before and after this one's, or a copy of it.
   /// Precondition as above.
   void follow(const GpuBuffer& steady) const;
-  /// The temporally filtered depth map; mapped with kByHost.
+  /// The temporally filtered depth map, two floats a pixel: the depth in mm and the number of volumes in it.
+  /// Mapped with kByHost.
   const GpuBuffer& steady() const { return memory_.steady; }
 
-  /// Whether the depth map of follow() is that of the last volume under the same view.
-  enum class History : std::uint8_t { kNone, kUsable };
+  /// The place of the map of follow(); absent where it is not one of an earlier volume, found as this one is.
+  using Earlier = std::optional<MapPlace>;
 
   /// Sets passes 2 and 3 up for this effective_scene() of the cast, and submits nothing. The filter of the
   /// depth map is left out where its input and options have not changed. Precondition: nothing is
   /// outstanding. Error: a pipeline that cannot be built.
-  Result<void> begin(const Scene& scene, History history);
+  Result<void> begin(const Scene& scene, const Earlier& earlier);
 
   /// Submits the next piece, about 4 ms of work; the last one has the read-back. Precondition: as begin().
   Result<void> submit_next();
@@ -116,10 +118,13 @@ class LightPass {
   void learn_step_times();
   double surface_share() const;
   double uncertain_share() const;
+  double mean_volumes() const;
   std::span<const std::uint8_t> colours() const;
   bool in_pieces() const { return config_.pauses || config_.copies == Config::Copies::kByHost; }
-  void choose_regions(const Scene& scene, shaders::LightParameters& parameters);
+  void choose_regions(const Scene& scene, bool averages, shaders::LightParameters& parameters);
   LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
+  bool take_earlier(const Scene& scene, const Earlier& earlier) const;
+  Result<void> add_steady_steps();
   Result<void> add_filter_steps(const LightKeys& keys);
   Result<void> add_light_steps(const LightKeys& keys, const Scene& scene);
   Result<void> submit(std::size_t end_step);
@@ -157,11 +162,12 @@ class LightPass {
   struct MapsKey {
     shaders::LightParameters parameters{};  // without the part that is computed
     int diffusion_steps = 0;
+    bool averages = false;  // with the maps of earlier volumes
     bool operator==(const MapsKey& other) const;
   };
   std::optional<MapsKey> maps_;              // of the last picture; none while they are written
   MapsKey maps_due_;                         // what maps_ will be
-  shaders::LightParameters filtered_{};      // of the last picture: its steady and confidence_counts
+  shaders::LightParameters filtered_{};      // of the last picture: its confidence_counts
   std::optional<Scene::Filter> filter_;      // options of the filtered depth map
   std::optional<Scene::Filter> filter_due_;  // what filter_ will be
   std::array<double, kStages> step_ms_{};    // of one step of each stage; 0: not known

@@ -27,7 +27,7 @@ struct LightStep {
 /// allocates nor knows a GPU.
 class LightSteps {
  public:
-  static constexpr std::size_t kMostFilterSteps = 8;
+  static constexpr std::size_t kMostFilterSteps = 13;
   static constexpr std::size_t kMostLightSteps = 4;
   static constexpr std::size_t kMostDiffusionSteps = 30;  // of finish.iterations
 

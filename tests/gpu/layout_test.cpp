@@ -14,9 +14,11 @@
 #include "shaders/bindings.h"
 #include "shaders/cast_parameters.h"
 #include "shaders/light_parameters.h"
+#include "shaders/map_alignment.h"
 #include "shaders/near_tissue.h"
 #include "shaders/prepare_constants.h"
 #include "shaders/spirv.hpp"
+#include "shaders/steady_parameters.h"
 
 namespace fanlight::test::layout_tests {
 namespace {
@@ -62,6 +64,31 @@ TEST(Layout, PrepareConstantsAreOneInBothLanguages) {
   for (const auto spirv :
        {shaders::box_spirv, shaders::median_spirv, shaders::guided_fit_spirv, shaders::guided_apply_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "PrepareConstants"), expected);
+  }
+}
+
+TEST(Layout, SteadyParametersAreOneInBothLanguages) {
+  const Offsets view = {OFFSET(MapView, width),        OFFSET(MapView, left),
+                        OFFSET(MapView, top),          OFFSET(MapView, right),
+                        OFFSET(MapView, bottom),       OFFSET(MapView, middle),
+                        OFFSET(MapView, scale_at_0),   OFFSET(MapView, scale_per_mm),
+                        OFFSET(MapView, cell_side),    OFFSET(MapView, cells_across),
+                        OFFSET(MapView, cells_down)};
+  const Offsets parameters = {OFFSET(SteadyParameters, now),     OFFSET(SteadyParameters, earlier),
+                              OFFSET(SteadyParameters, right),   OFFSET(SteadyParameters, down),
+                              OFFSET(SteadyParameters, forward), OFFSET(SteadyParameters, origin),
+                              OFFSET(SteadyParameters, pivot),   OFFSET(SteadyParameters, most_volumes)};
+  const Offsets alignment = {OFFSET(MapAlignment, right),       OFFSET(MapAlignment, down),
+                             OFFSET(MapAlignment, forward),     OFFSET(MapAlignment, origin),
+                             OFFSET(MapAlignment, found),       OFFSET(MapAlignment, now_cells),
+                             OFFSET(MapAlignment, earlier_cells), OFFSET(MapAlignment, differences),
+                             OFFSET(MapAlignment, slopes),      OFFSET(MapAlignment, stretch),
+                             OFFSET(MapAlignment, figures),     OFFSET(MapAlignment, doubt)};
+  for (const auto spirv : {shaders::map_cells_spirv, shaders::map_motion_spirv, shaders::map_differences_spirv,
+                           shaders::map_agreement_spirv, shaders::temporal_spirv}) {
+    EXPECT_EQ(offsets_in(spirv, "MapView"), view);
+    EXPECT_EQ(offsets_in(spirv, "SteadyParameters"), parameters);
+    EXPECT_EQ(offsets_in(spirv, "MapAlignment"), alignment);
   }
 }
 
@@ -177,7 +204,6 @@ TEST(Layout, LightParametersAreOneInBothLanguages) {
                             OFFSET(LightParameters, view_scale_at_0),
                             OFFSET(LightParameters, view_scale_per_mm),
                             OFFSET(LightParameters, eye_height),
-                            OFFSET(LightParameters, steady),
                             OFFSET(LightParameters, same_surface),
                             OFFSET(LightParameters, islands_radius),
                             OFFSET(LightParameters, holes_radius),

@@ -407,40 +407,6 @@ TEST_F(RendererTest, SeesNothingOfAnOlderAndLongerSweep) {
   }
 }
 
-TEST_F(RendererTest, DrawsADepthMapTowardsThatOfTheLastVolumeUnderTheSameView) {
-  const auto plate_at = [&](double depth_mm, std::uint64_t id) {
-    Volume volume =
-        made_volume(kGeometry, angles_rad_, [=](const Point& at) { return at.y_mm > depth_mm ? 150 : 5; });
-    volume.stamp().volume_id = id;
-    return volume;
-  };
-  const auto middle_mm = [&] {
-    const auto depths = renderer_->read_depth();
-    return depths->smooth_mm[32 * 64 + 32] - depths->cast_mm[32 * 64 + 32];
-  };
-  Scene scene = scene_;
-  scene.filter.size = 1;
-  scene.filter.size_mm = 0;
-  scene.filter.steady = 0.5;
-  renderer_->show({.revision = 2, .scene = scene});
-  load(plate_at(50, 1));
-  next_picture(*renderer_);
-  EXPECT_NEAR(middle_mm(), 0, 1e-3);
-  load(plate_at(53, 2));
-  next_picture(*renderer_);
-  EXPECT_NEAR(middle_mm(), -1.5, 0.1) << "half way to the last volume's plate";
-  load(plate_at(70, 3));
-  next_picture(*renderer_);
-  EXPECT_NEAR(middle_mm(), 0, 1e-3) << "another surface";
-  load(plate_at(71, 4));
-  next_picture(*renderer_);
-  EXPECT_LT(middle_mm(), -0.3);
-  scene.camera.yaw_deg = 5;
-  renderer_->show({.revision = 3, .scene = scene});
-  next_picture(*renderer_);
-  EXPECT_NEAR(middle_mm(), 0, 1e-3) << "another view";
-}
-
 TEST_F(RendererTest, FiltersSpeckleOfALargeVolumePieceByPiece) {
   // 16 frames of this size fill the filter's memory, so one piece ends between frames 12 and 19.
   const FanGeometry large{.columns = 1024,

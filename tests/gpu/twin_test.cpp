@@ -12,6 +12,7 @@
 #include "tests/support/cpu_twin.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
+#include "tests/support/twin_steady.hpp"
 
 namespace fanlight::test::twin_tests {
 namespace {
@@ -143,8 +144,9 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     // There is none where the filter does not weigh by it.
     auto confidence = as_double(gpu.depths.confidence);
     confidence.resize(gpu.depths.cast_mm.size());
-    const auto filtered_mm = twin_depth_filter(given.scene, given.size, as_double(gpu.depths.cast_mm),
-                                               confidence, as_double(gpu.previous_mm));
+    TwinSteadyMap map = twin_single(given.scene, given.size, as_double(gpu.depths.cast_mm));
+    if (steady) map = twin_steady(map, twin_single(given.scene, given.size, as_double(gpu.previous_mm)));
+    const auto filtered_mm = twin_depth_filter(given.scene, given.size, map.depth_mm, confidence);
     Agreements agreements;
     compare_maps(given, gpu.depths, cast, filtered_mm, agreements);
     const auto lit =

@@ -39,10 +39,6 @@ TwinCast twin_cast(const Scene& scene, PictureSize size, const Volume& prepared)
 
 // Pass 2, the depth map. Each step takes the result of the previous step.
 
-/// The temporal filter. `previous_mm`: the result of this step for the previous volume, or empty.
-std::vector<double> twin_steady(const Scene::Filter& filter, const std::vector<double>& depth_mm,
-                                const std::vector<double>& previous_mm);
-
 /// Removes small surfaces.
 std::vector<double> twin_islands(const Scene& scene, PictureSize size, const std::vector<double>& depth_mm);
 
@@ -53,10 +49,9 @@ std::vector<double> twin_holes(const Scene& scene, PictureSize size, const std::
 std::vector<double> twin_filter(const Scene& scene, PictureSize size, const std::vector<double>& depth_mm,
                                 const std::vector<double>& confidence);
 
-/// All four steps in turn.
+/// These three in turn, after the temporal filter (twin_steady.hpp).
 std::vector<double> twin_depth_filter(const Scene& scene, PictureSize size,
-                                      const std::vector<double>& depth_mm, std::vector<double> confidence,
-                                      const std::vector<double>& previous_mm);
+                                      const std::vector<double>& steady_mm, std::vector<double> confidence);
 
 /// Pass 2, light: the picture of the mode, from the filtered depths, their certainty, and the colours of
 /// pass 1.

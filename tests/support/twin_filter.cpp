@@ -77,17 +77,6 @@ std::vector<double> line_fit(const TwinMap& map, int columns, int rows, const st
 
 }  // namespace
 
-std::vector<double> twin_steady(const Scene::Filter& filter, const std::vector<double>& depth_mm,
-                                const std::vector<double>& previous_mm) {
-  std::vector<double> steady_mm = depth_mm;
-  for (std::size_t pixel = 0; pixel < previous_mm.size(); ++pixel) {
-    const bool both = depth_mm[pixel] >= 0 && previous_mm[pixel] >= 0;
-    const double moved_mm = previous_mm[pixel] - depth_mm[pixel];
-    if (both && std::abs(moved_mm) <= filter.step_mm) steady_mm[pixel] += filter.steady * moved_mm;
-  }
-  return steady_mm;
-}
-
 std::vector<double> twin_islands(const Scene& scene, PictureSize size, const std::vector<double>& depth_mm) {
   const TwinMap map(depth_mm, size, viewport(scene, size));
   const int radius = scene.filter.islands / 2;
@@ -165,9 +154,7 @@ std::vector<double> twin_filter(const Scene& scene, PictureSize size, const std:
 }
 
 std::vector<double> twin_depth_filter(const Scene& scene, PictureSize size,
-                                      const std::vector<double>& depth_mm, std::vector<double> confidence,
-                                      const std::vector<double>& previous_mm) {
-  const auto steady_mm = twin_steady(scene.filter, depth_mm, previous_mm);
+                                      const std::vector<double>& steady_mm, std::vector<double> confidence) {
   const auto cleaned_mm = twin_islands(scene, size, steady_mm);
   const auto filled_mm = twin_holes(scene, size, cleaned_mm);
   for (std::size_t pixel = 0; pixel < confidence.size(); ++pixel) {

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/parameters/steady_parameters.hpp"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+namespace fanlight {
+
+namespace {
+
+// Fewer pixels have too much noise for a mean to say anything of motion.
+constexpr int kLeastCellSide = 4;
+
+glm::dvec3 vector_of(const std::array<double, 3>& values) {
+  return {values[0], values[1], values[2]};
+}
+
+shaders::MapView map_view(const MapPlace& place) {
+  const SurfacePart& part = place.view.part;
+  const auto across = static_cast<int>(part.width);
+  const auto down = static_cast<int>(part.height);
+  const int side =
+      std::max(kLeastCellSide, (std::max(across, down) + FANLIGHT_MAP_CELLS - 1) / FANLIGHT_MAP_CELLS);
+  return {.width = place.size.width,
+          .left = static_cast<int>(part.left),
+          .top = static_cast<int>(part.top),
+          .right = static_cast<int>(part.left) + across - 1,
+          .bottom = static_cast<int>(part.top) + down - 1,
+          .middle = {place.view.middle_column, place.view.middle_row},
+          .scale_at_0 = static_cast<float>(place.view.mm_per_pixel),
+          .scale_per_mm = static_cast<float>(place.view.mm_per_pixel_per_mm),
+          .cell_side = side,
+          .cells_across = (across + side - 1) / side,
+          .cells_down = (down + side - 1) / side};
+}
+
+}  // namespace
+
+shaders::SteadyParameters steady_parameters(const MapPlace& now, const MapPlace& earlier,
+                                            double target_depth_mm, double share) {
+  const glm::dvec3 right = vector_of(earlier.view.right);
+  const glm::dvec3 down = vector_of(earlier.view.down);
+  const glm::dvec3 forward = vector_of(earlier.view.forward);
+  const auto in_earlier = [&](const glm::dvec3& vector) {
+    return glm::dvec3(glm::dot(vector, right), glm::dot(vector, down), glm::dot(vector, forward));
+  };
+  const glm::dvec3 origin = in_earlier(vector_of(now.view.origin_mm) - vector_of(earlier.view.origin_mm));
+  const glm::dvec3 ahead = in_earlier(vector_of(now.view.forward));
+  return {.now = map_view(now),
+          .earlier = map_view(earlier),
+          .right = in_earlier(vector_of(now.view.right)),
+          .down = in_earlier(vector_of(now.view.down)),
+          .forward = ahead,
+          .origin = origin,
+          .pivot = origin + target_depth_mm * ahead,
+          .most_volumes = static_cast<float>(1 / (1 - share))};
+}
+
+}  // namespace fanlight

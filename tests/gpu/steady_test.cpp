@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// The temporal filter of pass 2, over sequences of volumes.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <random>
+
+#include "tests/support/gpu_rig.hpp"
+#include "tests/support/made_volume.hpp"
+#include "tests/support/twin_steady.hpp"
+
+namespace fanlight::test::steady_tests {
+namespace {
+
+const FanGeometry kGeometry{.columns = 96,
+                            .rows = 96,
+                            .pixel_width_mm = 0.8,
+                            .pixel_height_mm = 0.8,
+                            .face_column = 47.5,
+                            .face_row = 0,
+                            .motor_radius_mm = 30};
+constexpr PictureSize kPicture{.width = 150, .height = 110};
+constexpr double kShare = 0.8;  // five volumes
+
+std::vector<double> sweep_rad() {
+  std::vector<double> angles_rad;
+  for (int frame = 0; frame < 41; ++frame) angles_rad.push_back(radians(1.3 * (frame - 20)));
+  return angles_rad;
+}
+
+/// What moves between two volumes, mm.
+struct Step {
+  double body_right = 0;  // the whole body
+  double body_deeper = 0;
+  double ball_right = 0;  // a ball before it, besides
+};
+
+/// Waves in fluid and a ball before them, with noise.
+Volume volume_of(const Step& moved, std::uint32_t number, double noise = 12) {
+  const auto grey = [=, bits = std::mt19937(number)](const Point& at) mutable {
+    const double x = at.x_mm - moved.body_right;
+    const double wave = 40 + 3 * std::sin(x / 4) + 3 * std::cos(at.z_mm / 5) + 2 * std::sin((x + at.z_mm) / 7);
+    const double below = at.y_mm - moved.body_deeper - wave;
+    const double ball = 7 - glm::length(glm::dvec3(x - moved.ball_right + 12, at.y_mm - moved.body_deeper - 30,
+                                                   at.z_mm - 4));
+    const double inside = std::max(below, ball);
+    const double random = noise * (static_cast<double>(bits()) / 0x1p31 - 1);
+    return 90 + 80 * std::clamp(inside / 1.5, -1.0, 1.0) + random;
+  };
+  Volume volume = made_volume(kGeometry, sweep_rad(), grey);
+  volume.stamp().volume_id = number;
+  return volume;
+}
+
+/// The depth map is that of the temporal filter.
+Scene scene_of_test() {
+  const auto angles_rad = sweep_rad();
+  Scene scene = scene_for(kGeometry, angles_rad.front(), angles_rad.back());
+  scene.camera.target = {.x_mm = 0, .y_mm = 40, .z_mm = 0};
+  scene.camera.field_mm = 60;
+  scene.detector = {.threshold = 30};
+  scene.speckle.filter = SpeckleFilter::kNone;
+  scene.filter = {.size = 1, .step_mm = 3, .islands = 1, .holes = 1, .steady = kShare};
+  return scene;
+}
+
+struct Setting {
+  const char* name;
+  Projection projection;
+  bool own_light_device;
+};
+void PrintTo(const Setting& setting, std::ostream* out) {
+  *out << setting.name;
+}
+
+class SteadySequenceTest : public GpuTest, public testing::WithParamInterface<Setting> {};
+
+TEST_P(SteadySequenceTest, IsWhatTheTwinSays) {
+  Scene scene = scene_of_test();
+  scene.camera.projection = GetParam().projection;
+  RenderCounters counters;
+  const auto renderer =
+      made_renderer(kGeometry, sweep_rad(), kPicture, scene, counters,
+                    {.own_light_device = GetParam().own_light_device,
+                     .largest_size = PictureSize{.width = 200, .height = 160}});
+  constexpr std::array<Step, 6> kSteps = {{{},
+                                           {.body_right = 0.6, .body_deeper = 0.4},
+                                           {.body_right = 0.2, .body_deeper = 1.0, .ball_right = 1.5},
+                                           {.body_right = 0.2, .body_deeper = 1.0, .ball_right = 1.5},
+                                           {.body_right = -0.3, .body_deeper = 0.8, .ball_right = 1.5},
+                                           {.body_right = -0.1, .body_deeper = 0.9, .ball_right = 1.5}}};
+  std::optional<TwinSteadyMap> twin;
+  PictureSize size = kPicture;
+  for (std::uint32_t number = 1; number <= kSteps.size(); ++number) {
+    if (number == 5) {  // another view: turned, and finer
+      scene.camera.yaw_deg += 7;
+      scene.camera.pitch_deg -= 4;
+      scene.size = size = {.width = 200, .height = 160};
+    }
+    renderer->show({.revision = number, .scene = scene});
+    ASSERT_TRUE(renderer->load(volume_of(kSteps[number - 1], number)));
+    // With a new revision the volume before may be lit once more.
+    Picture picture = next_picture(*renderer);
+    while (picture.stamp.volume.volume_id != number) picture = next_picture(*renderer);
+    const DepthMaps maps = *renderer->read_depth();
+    TwinSteadyMap now = twin_single(scene, size, {maps.cast_mm.begin(), maps.cast_mm.end()});
+    twin = twin ? twin_steady(now, *twin) : now;
+
+    double agree = 0;
+    double surfaces = 0;
+    double volumes = 0;
+    for (std::size_t pixel = 0; pixel < maps.cast_mm.size(); ++pixel) {
+      ASSERT_EQ(maps.smooth_mm[pixel] < 0, twin->depth_mm[pixel] < 0);
+      if (maps.smooth_mm[pixel] < 0) continue;
+      ++surfaces;
+      volumes += twin->volumes[pixel];
+      agree += std::abs(maps.smooth_mm[pixel] - twin->depth_mm[pixel]) <= 0.01 ? 1 : 0;
+    }
+    ASSERT_GT(surfaces, maps.cast_mm.size() / 3);
+    EXPECT_GE(agree / surfaces, 0.995) << "volume " << number;
+    EXPECT_NEAR(picture.stamp.mean_volumes, volumes / surfaces, 0.04) << "volume " << number;
+    constexpr std::array<double, 6> kLeastVolumes = {1, 1.6, 2, 2.5, 2.5, 3};
+    EXPECT_GE(picture.stamp.mean_volumes, kLeastVolumes[number - 1]) << "the whole body moves alike";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Views, SteadySequenceTest,
+                         testing::Values(Setting{"parallel", Projection::kParallel, false},
+                                         Setting{"perspective", Projection::kPerspective, false},
+                                         Setting{"two devices", Projection::kPerspective, true}));
+
+class SteadyTest : public GpuTest {
+ protected:
+  Scene scene_ = scene_of_test();
+  RenderCounters counters_;
+  std::unique_ptr<Renderer> renderer_ = made_renderer(kGeometry, sweep_rad(), kPicture, scene_, counters_);
+  std::uint32_t number_ = 0;
+
+  Picture shown(const Step& moved, Renderer::Loading loading = Renderer::Loading::kNew) {
+    if (auto loaded = renderer_->load(volume_of(moved, ++number_), loading); !loaded)
+      throw std::runtime_error(loaded.error().message);
+    return next_picture(*renderer_);
+  }
+  Picture changed() {
+    renderer_->show({.revision = ++revision_, .scene = scene_});
+    return next_picture(*renderer_);
+  }
+
+ private:
+  std::uint64_t revision_ = 1;
+};
+
+TEST_F(SteadyTest, AveragesUpToAsManyVolumesAsTheShareSays) {
+  EXPECT_EQ(shown({}).stamp.mean_volumes, 1);
+  for (int more = 0; more < 6; ++more) shown({});
+  const double mean = shown({}).stamp.mean_volumes;
+  EXPECT_GT(mean, 4.3);
+  EXPECT_LE(mean, 5);
+}
+
+TEST_F(SteadyTest, MakesNoiseLess) {
+  const auto maps_of = [&](double noise) {
+    if (auto loaded = renderer_->load(volume_of({}, ++number_, noise)); !loaded)
+      throw std::runtime_error(loaded.error().message);
+    next_picture(*renderer_);
+    return *renderer_->read_depth();
+  };
+  const DepthMaps first = maps_of(12);
+  for (int more = 0; more < 4; ++more) maps_of(12);
+  const DepthMaps last = maps_of(12);
+  const DepthMaps truth = maps_of(0);
+  const auto error_mm = [&](const std::vector<float>& depth_mm) {
+    std::vector<double> errors;
+    for (std::size_t pixel = 0; pixel < depth_mm.size(); ++pixel) {
+      if (depth_mm[pixel] >= 0 && truth.cast_mm[pixel] >= 0)
+        errors.push_back(std::abs(depth_mm[pixel] - truth.cast_mm[pixel]));
+    }
+    std::ranges::nth_element(errors, errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2));
+    return errors[errors.size() / 2];
+  };
+  EXPECT_LT(error_mm(last.smooth_mm), 0.6 * error_mm(first.smooth_mm)) << "five volumes; independent: 0.33";
+}
+
+TEST_F(SteadyTest, DropsWhatMovesByItselfAndKeepsTheRest) {
+  for (int number = 0; number < 5; ++number) shown({});
+  shown({.ball_right = 2.5});
+  const DepthMaps moved = *renderer_->read_depth();
+  // The same volume alone.
+  scene_.filter.steady = 0;
+  changed();
+  const DepthMaps alone = *renderer_->read_depth();
+  std::size_t on_ball = 0;
+  std::size_t kept = 0;
+  double away_mm = 0;
+  for (std::size_t pixel = 0; pixel < alone.smooth_mm.size(); ++pixel) {
+    if (alone.smooth_mm[pixel] < 0) continue;
+    const double depth = alone.smooth_mm[pixel] - scene_.camera.distance_mm + 40;
+    const bool is_ball = depth < 27;  // its front; the waves lie deeper than 32
+    on_ball += is_ball ? 1 : 0;
+    if (is_ball) away_mm = std::max(away_mm, std::abs(static_cast<double>(moved.smooth_mm[pixel]) - alone.smooth_mm[pixel]));
+    kept += !is_ball && std::abs(moved.smooth_mm[pixel] - alone.smooth_mm[pixel]) > 0.02 ? 1 : 0;
+  }
+  EXPECT_GT(on_ball, 200U);
+  EXPECT_LT(away_mm, 0.1) << "no trace of where the ball was";
+  EXPECT_GT(kept, alone.smooth_mm.size() / 4) << "the waves are averaged";
+}
+
+TEST_F(SteadyTest, StartsAgainForAnotherSurfaceAndNotForAnotherView) {
+  for (int number = 0; number < 4; ++number) shown({});
+  scene_.camera.yaw_deg += 5;
+  EXPECT_GT(changed().stamp.mean_volumes, 2.5) << "seen from another side";
+  EXPECT_GT(shown({}).stamp.mean_volumes, 2.5);
+  scene_.detector.threshold = 40;
+  EXPECT_EQ(changed().stamp.mean_volumes, 1) << "found by another threshold";
+  EXPECT_GT(shown({}).stamp.mean_volumes, 1) << "the next volume is found by the same";
+}
+
+TEST_F(SteadyTest, TakesNothingFromAnotherPlace) {
+  for (int number = 0; number < 3; ++number) shown({});
+  EXPECT_EQ(shown({.body_right = 20, .body_deeper = -14}).stamp.mean_volumes, 1);
+}
+
+TEST_F(SteadyTest, ShowsEachVolumeOfTheCineAlone) {
+  for (int number = 0; number < 3; ++number) shown({});
+  EXPECT_EQ(shown({}, Renderer::Loading::kKept).stamp.mean_volumes, 1);
+}
+
+}  // namespace
+}  // namespace fanlight::test::steady_tests
