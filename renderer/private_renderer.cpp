@@ -259,8 +259,7 @@ Result<void> PrivateRenderer::fit_light(ViewState& state, PictureSize size) cons
 }
 
 /// Submits the first piece of passes 2 and 3, and before it the weights that it needs.
-Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown,
-                                    const LightPass::Earlier& earlier) {
+Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, const LightPass::Earlier& earlier) {
   VolumeInFlight& slot = *state.slot;
   const PictureSize size = size_of(state.scene, cast_config_.size);
   if (auto fits = fit_light(state, size); !fits) return fits;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The surface of the earlier depth map between the middles of its cells: where it lies, and its slope. The
-// includer has included earlier_map.h and declared `alignment`.
+// includer has declared `alignment`.
 #ifndef FANLIGHT_SHADERS_EARLIER_CELLS_H
 #define FANLIGHT_SHADERS_EARLIER_CELLS_H
+#include "earlier_map.h"
 
 struct CellSurface {
   bool found;
@@ -28,7 +29,8 @@ CellSurface cell_surface_at(vec3 place) {
   float largest = max(max(upper_left, upper_right), max(lower_left, lower_right));
 
   CellSurface surface;
-  bool inside = share.x >= 0.0 && share.y >= 0.0 && share.x <= 1.0 && share.y <= 1.0 && most.x >= 0 && most.y >= 0;
+  bool inside =
+      share.x >= 0.0 && share.y >= 0.0 && share.x <= 1.0 && share.y <= 1.0 && most.x >= 0 && most.y >= 0;
   surface.found = inside && smallest >= 0.0 && largest - smallest <= 2.0 * lighting.same_surface;
   surface.depth = mix(mix(upper_left, upper_right, share.x), mix(lower_left, lower_right, share.x), share.y);
   vec2 by_pixel = vec2(mix(upper_right - upper_left, lower_right - lower_left, share.y),

@@ -42,15 +42,16 @@ shared vec2 most;
 // The weighted sum of squares that the best shift explains.
 float explained(vec3 diagonal, vec3 mixed, vec3 side) {
   vec3 own = diagonal + kDamping * diagonal.z;
-  float determinant = own.x * (own.y * own.z - mixed.z * mixed.z) - mixed.x * (mixed.x * own.z - mixed.z * mixed.y) +
+  float determinant = own.x * (own.y * own.z - mixed.z * mixed.z) -
+                      mixed.x * (mixed.x * own.z - mixed.z * mixed.y) +
                       mixed.y * (mixed.x * mixed.z - own.y * mixed.y);
-  vec3 solved = vec3(
-      side.x * (own.y * own.z - mixed.z * mixed.z) + side.y * (mixed.y * mixed.z - mixed.x * own.z) +
-          side.z * (mixed.x * mixed.z - mixed.y * own.y),
-      side.x * (mixed.z * mixed.y - mixed.x * own.z) + side.y * (own.x * own.z - mixed.y * mixed.y) +
-          side.z * (mixed.x * mixed.y - own.x * mixed.z),
-      side.x * (mixed.x * mixed.z - own.y * mixed.y) + side.y * (mixed.y * mixed.x - own.x * mixed.z) +
-          side.z * (own.x * own.y - mixed.x * mixed.x));
+  vec3 solved =
+      vec3(side.x * (own.y * own.z - mixed.z * mixed.z) + side.y * (mixed.y * mixed.z - mixed.x * own.z) +
+               side.z * (mixed.x * mixed.z - mixed.y * own.y),
+           side.x * (mixed.z * mixed.y - mixed.x * own.z) + side.y * (own.x * own.z - mixed.y * mixed.y) +
+               side.z * (mixed.x * mixed.y - own.x * mixed.z),
+           side.x * (mixed.x * mixed.z - own.y * mixed.y) + side.y * (mixed.y * mixed.x - own.x * mixed.z) +
+               side.z * (own.x * own.y - mixed.x * mixed.x));
   return max(dot(side, solved) / determinant, 0.0);
 }
 

@@ -17,15 +17,15 @@ FANLIGHT_SHADER_STRUCT(MapAlignment) {
   // map_cells.comp: mean depth of each cell, mm, FANLIGHT_NO_SURFACE where it does not show one surface.
   float now_cells[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
   float earlier_cells[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
-  // map_differences.comp, for each cell of `now`: the mean of (depth now - depth before), mm, along the rays of
-  // `earlier`; and its weight, 0 where it says nothing.
+  // map_differences.comp, for each cell of `now`: the mean of (depth now - depth before), mm, along the rays
+  // of `earlier`; and its weight, 0 where it says nothing.
   vec2 differences[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
   // Slopes of the earlier surface there: mm deeper for each mm to the right and down.
   vec2 slopes[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
   // mm along the rays of `now` for each mm along those of `earlier`.
   float stretch[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
-  // map_agreement.comp, for each cell of `now`: its two figures; and what is added to 1 / volumes of the earlier map, as its mean
-  // may be that of another place.
+  // map_agreement.comp, for each cell of `now`: its two figures; and what is added to 1 / volumes of the
+  // earlier map, as its mean may be that of another place.
   vec2 figures[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
   float doubt[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
 }

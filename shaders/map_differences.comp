@@ -23,14 +23,15 @@ layout(binding = FANLIGHT_BINDING_MAP_ALIGNMENT, scalar) buffer Alignment {
   MapAlignment alignment;
 };
 #define FANLIGHT_READS_EARLIER_MAP
-#include "earlier_map.h"
 #include "earlier_cells.h"
+#include "earlier_map.h"
 
 // Rays of the two maps at a smaller cosine of the surface show too little of one another.
 const float kLeastCosine = 0.3;
 
 vec3 to_earlier(vec3 place) {
-  return alignment.origin + place.x * alignment.right + place.y * alignment.down + place.z * alignment.forward;
+  return alignment.origin + place.x * alignment.right + place.y * alignment.down +
+         place.z * alignment.forward;
 }
 
 // mm along a ray of this map for each mm along one of the earlier map. 0: they hardly meet.

@@ -21,8 +21,8 @@ layout(local_size_x = 64) in;
 layout(binding = FANLIGHT_BINDING_MAP_ALIGNMENT, scalar) buffer Alignment {
   MapAlignment alignment;
 };
-#include "earlier_map.h"
 #include "earlier_cells.h"
+#include "earlier_map.h"
 
 const int kRounds = 6;
 // Distances from which a cell has no weight, mm: by the first rounds more than a few mm are found, by the
@@ -77,7 +77,8 @@ void add_cell(ivec2 cell, float limit, inout float sum[kSums]) {
       sum[next++] += both ? weight * row[first] * row[second] : 0.0;
     }
   }
-  [[unroll]] for (int each = 0; each < kUnknowns; ++each) sum[next++] -= both ? weight * row[each] * away : 0.0;
+  [[unroll]] for (int each = 0; each < kUnknowns; ++each) sum[next++] -=
+      both ? weight * row[each] * away : 0.0;
   sum[next++] += weight;
   sum[next] += both ? 1.0 : 0.0;
 }

@@ -3,7 +3,8 @@
 // how much has a surface and how much of that is uncertain. One invocation a row.
 //
 // Reads: smooth_depth, float a pixel, mm; volume_colour, RGBA8 a pixel, with the certainty (certainty.h).
-//   steady_map, vec2 a pixel: depth before the other filters, and volumes. All: height x width of the picture.
+//   steady_map, vec2 a pixel: depth before the other filters, and volumes. All: height x width of the
+//   picture.
 // Writes: totals (map_totals.h), which hold FANLIGHT_MAX_DEPTH and 0 before.
 #version 460
 #extension GL_GOOGLE_include_directive : require

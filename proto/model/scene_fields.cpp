@@ -303,9 +303,11 @@ const SceneField kFields[] = {
     row<MEMBER(filter.holes)>("filter.holes", "pixels",
                               "holes smaller than about half this are filled; odd, 1 fills none", 1, 15, 2,
                               FirstPass::kFilter),
-    row<MEMBER(filter.steady)>("filter.steady", "",
-                               "share of the last volume in the depth map, while the view stays", 0, 0.95, 0,
-                               FirstPass::kFilter),
+    row<MEMBER(filter.steady)>(
+        "filter.steady", "",
+        "share of earlier volumes in the depth map, moved with the body; 0.8 averages 5, "
+        "where nothing moves by itself",
+        0, 0.95, 0, FirstPass::kFilter),
     choice<MEMBER(light.kind)>("light.kind", "at a point, or so far away that its rays are parallel",
                                FirstPass::kLight, kLightKinds),
     row<MEMBER(light.right_mm)>(

@@ -433,7 +433,8 @@ double LightPass::uncertain_share() const {
 double LightPass::mean_volumes() const {
   const auto& totals = memory_.read_back_totals.mapped_as<shaders::MapTotals>();
   if (totals.surface_pixels == 0) return 1;
-  return static_cast<double>(totals.volumes) / (FANLIGHT_VOLUME_UNITS * static_cast<double>(totals.surface_pixels));
+  return static_cast<double>(totals.volumes) /
+         (FANLIGHT_VOLUME_UNITS * static_cast<double>(totals.surface_pixels));
 }
 
 Result<void> LightPass::submit_next() {

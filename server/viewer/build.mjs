@@ -61,6 +61,9 @@ const shaderTexts = {
   },
 };
 
+// Modules that the page imports when they are first needed.
+const loadedLater = ["./clip.js", "./archive_form.js"];
+
 const proto = resolve(values.proto);
 mkdirSync(join(home, "generated"), { recursive: true });
 run(
@@ -81,7 +84,7 @@ if (values.tests) {
     stdin: { contents: tests, resolveDir: join(home, "test") },
     outfile: join(home, "generated/tests.mjs"),
     plugins: [shaderTexts],
-    external: ["./clip.js"],
+    external: loadedLater,
     bundle: true,
     platform: "node",
     format: "esm",
@@ -98,12 +101,12 @@ if (values.outdir) {
     bundle: true,
     minify: true,
     format: "iife",
-    external: ["./clip.js"], // loaded when a clip ends
+    external: loadedLater,
     target: ["chrome100", "firefox100", "safari15.4"],
     logLevel: "warning",
   });
   await build({
-    entryPoints: { clip: join(home, "src/clip.ts") },
+    entryPoints: { clip: join(home, "src/clip.ts"), archive_form: join(home, "src/archive_form.ts") },
     outdir: resolve(values.outdir),
     bundle: true,
     minify: true,

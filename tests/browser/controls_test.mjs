@@ -50,7 +50,7 @@ test("the controls in reach are few, and statistics come at a key", async () => 
     await viewer.firstPicture();
     await closeAdvanced(viewer);
     const visible = await viewer.page.locator("input:visible, select:visible, button:not(.banner *):visible").count();
-    assert.ok(visible <= 45, `${visible} controls at rest`);
+    assert.ok(visible <= 46, `${visible} controls at rest`);
     assert.equal(await viewer.page.locator("#statistics").isVisible(), false);
     await press(viewer, "i");
     assert.equal(await viewer.page.locator("#statistics").isVisible(), true);
@@ -177,6 +177,45 @@ test("presets, sliders and panes change the picture, and undo and redo take that
       () => viewer.page.locator('#layout input[value="surface"]').isChecked(),
       (checked) => checked,
     );
+    assert.deepEqual(viewer.consoleProblems, []);
+  });
+});
+
+test("Steady averages volumes, and the picture says how many", async () => {
+  await withPage("steady", "phantom:scene=face,moving=off,probe=r1,frames=18,rate=40", async (viewer) => {
+    const slider = viewer.page.locator('[data-quick="filter.steady"]');
+    const mark = viewer.page.locator("#steady-mark");
+    const output = slider.locator("xpath=../output");
+    assert.equal(await output.textContent(), "off");
+    assert.ok(await mark.isHidden());
+    await slider.focus();
+    for (let volumes = 2; volumes <= 5; ++volumes) await press(viewer, "ArrowRight");
+    assert.equal(await output.textContent().then((text) => text.split(",")[0]), "5 volumes");
+    await until(
+      "the mark",
+      () => mark.textContent(),
+      (text) => /^Steady over [345] volumes$/.test(text),
+    );
+    assert.equal(await viewer.field("filter.steady"), 0.8);
+    await click(viewer, '[data-view="-90 0"]');
+    await viewer.settled();
+    await until(
+      "the mark from the left",
+      () => mark.isVisible(),
+      (visible) => visible,
+    );
+    const { x, y, width, height } = await slider.boundingBox();
+    await viewer.page.mouse.click(x + 2, y + height / 2);
+    await until(
+      "one volume",
+      () => mark.isHidden(),
+      (hidden) => hidden,
+    );
+    await viewer.page.mouse.click(x + width - 2, y + height / 2);
+    assert.equal(await output.textContent().then((text) => text.split(",")[0]), "8 volumes");
+    await onPhone(viewer, 390, 844, async (page) => {
+      await page.locator("#steady-mark").waitFor({ state: "visible" });
+    });
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });

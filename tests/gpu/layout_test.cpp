@@ -68,24 +68,23 @@ TEST(Layout, PrepareConstantsAreOneInBothLanguages) {
 }
 
 TEST(Layout, SteadyParametersAreOneInBothLanguages) {
-  const Offsets view = {OFFSET(MapView, width),        OFFSET(MapView, left),
-                        OFFSET(MapView, top),          OFFSET(MapView, right),
-                        OFFSET(MapView, bottom),       OFFSET(MapView, middle),
-                        OFFSET(MapView, scale_at_0),   OFFSET(MapView, scale_per_mm),
-                        OFFSET(MapView, cell_side),    OFFSET(MapView, cells_across),
-                        OFFSET(MapView, cells_down)};
+  const Offsets view = {
+      OFFSET(MapView, width),        OFFSET(MapView, left),         OFFSET(MapView, top),
+      OFFSET(MapView, right),        OFFSET(MapView, bottom),       OFFSET(MapView, middle),
+      OFFSET(MapView, scale_at_0),   OFFSET(MapView, scale_per_mm), OFFSET(MapView, cell_side),
+      OFFSET(MapView, cells_across), OFFSET(MapView, cells_down)};
   const Offsets parameters = {OFFSET(SteadyParameters, now),     OFFSET(SteadyParameters, earlier),
                               OFFSET(SteadyParameters, right),   OFFSET(SteadyParameters, down),
                               OFFSET(SteadyParameters, forward), OFFSET(SteadyParameters, origin),
                               OFFSET(SteadyParameters, pivot),   OFFSET(SteadyParameters, most_volumes)};
-  const Offsets alignment = {OFFSET(MapAlignment, right),       OFFSET(MapAlignment, down),
-                             OFFSET(MapAlignment, forward),     OFFSET(MapAlignment, origin),
-                             OFFSET(MapAlignment, found),       OFFSET(MapAlignment, now_cells),
-                             OFFSET(MapAlignment, earlier_cells), OFFSET(MapAlignment, differences),
-                             OFFSET(MapAlignment, slopes),      OFFSET(MapAlignment, stretch),
-                             OFFSET(MapAlignment, figures),     OFFSET(MapAlignment, doubt)};
-  for (const auto spirv : {shaders::map_cells_spirv, shaders::map_motion_spirv, shaders::map_differences_spirv,
-                           shaders::map_agreement_spirv, shaders::temporal_spirv}) {
+  const Offsets alignment = {
+      OFFSET(MapAlignment, right),         OFFSET(MapAlignment, down),        OFFSET(MapAlignment, forward),
+      OFFSET(MapAlignment, origin),        OFFSET(MapAlignment, found),       OFFSET(MapAlignment, now_cells),
+      OFFSET(MapAlignment, earlier_cells), OFFSET(MapAlignment, differences), OFFSET(MapAlignment, slopes),
+      OFFSET(MapAlignment, stretch),       OFFSET(MapAlignment, figures),     OFFSET(MapAlignment, doubt)};
+  for (const auto spirv :
+       {shaders::map_cells_spirv, shaders::map_motion_spirv, shaders::map_differences_spirv,
+        shaders::map_agreement_spirv, shaders::temporal_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "MapView"), view);
     EXPECT_EQ(offsets_in(spirv, "SteadyParameters"), parameters);
     EXPECT_EQ(offsets_in(spirv, "MapAlignment"), alignment);

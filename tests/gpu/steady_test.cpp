@@ -40,10 +40,11 @@ struct Step {
 Volume volume_of(const Step& moved, std::uint32_t number, double noise = 12) {
   const auto grey = [=, bits = std::mt19937(number)](const Point& at) mutable {
     const double x = at.x_mm - moved.body_right;
-    const double wave = 40 + 3 * std::sin(x / 4) + 3 * std::cos(at.z_mm / 5) + 2 * std::sin((x + at.z_mm) / 7);
+    const double wave =
+        40 + 3 * std::sin(x / 4) + 3 * std::cos(at.z_mm / 5) + 2 * std::sin((x + at.z_mm) / 7);
     const double below = at.y_mm - moved.body_deeper - wave;
-    const double ball = 7 - glm::length(glm::dvec3(x - moved.ball_right + 12, at.y_mm - moved.body_deeper - 30,
-                                                   at.z_mm - 4));
+    const double ball =
+        7 - glm::length(glm::dvec3(x - moved.ball_right + 12, at.y_mm - moved.body_deeper - 30, at.z_mm - 4));
     const double inside = std::max(below, ball);
     const double random = noise * (static_cast<double>(bits()) / 0x1p31 - 1);
     return 90 + 80 * std::clamp(inside / 1.5, -1.0, 1.0) + random;
@@ -80,10 +81,9 @@ TEST_P(SteadySequenceTest, IsWhatTheTwinSays) {
   Scene scene = scene_of_test();
   scene.camera.projection = GetParam().projection;
   RenderCounters counters;
-  const auto renderer =
-      made_renderer(kGeometry, sweep_rad(), kPicture, scene, counters,
-                    {.own_light_device = GetParam().own_light_device,
-                     .largest_size = PictureSize{.width = 200, .height = 160}});
+  const auto renderer = made_renderer(kGeometry, sweep_rad(), kPicture, scene, counters,
+                                      {.own_light_device = GetParam().own_light_device,
+                                       .largest_size = PictureSize{.width = 200, .height = 160}});
   constexpr std::array<Step, 6> kSteps = {{{},
                                            {.body_right = 0.6, .body_deeper = 0.4},
                                            {.body_right = 0.2, .body_deeper = 1.0, .ball_right = 1.5},
@@ -198,7 +198,9 @@ TEST_F(SteadyTest, DropsWhatMovesByItselfAndKeepsTheRest) {
     const double depth = alone.smooth_mm[pixel] - scene_.camera.distance_mm + 40;
     const bool is_ball = depth < 27;  // its front; the waves lie deeper than 32
     on_ball += is_ball ? 1 : 0;
-    if (is_ball) away_mm = std::max(away_mm, std::abs(static_cast<double>(moved.smooth_mm[pixel]) - alone.smooth_mm[pixel]));
+    if (is_ball)
+      away_mm =
+          std::max(away_mm, std::abs(static_cast<double>(moved.smooth_mm[pixel]) - alone.smooth_mm[pixel]));
     kept += !is_ball && std::abs(moved.smooth_mm[pixel] - alone.smooth_mm[pixel]) > 0.02 ? 1 : 0;
   }
   EXPECT_GT(on_ball, 200U);

@@ -140,9 +140,8 @@ std::optional<CellPlane> plane_at(const SteadyFrame& frame, const std::vector<do
       double(frame.side);
   const double scale = std::max(frame.scale(place.z), 1e-4);
   return CellPlane{.depth_mm = upper + below * (lower - upper),
-                   .gradient = {-by_pixel / scale,
-                                1 + glm::dot(by_pixel, pixel - frame.middle()) *
-                                        frame.view.mm_per_pixel_per_mm / scale}};
+                   .gradient = {-by_pixel / scale, 1 + glm::dot(by_pixel, pixel - frame.middle()) *
+                                                           frame.view.mm_per_pixel_per_mm / scale}};
 }
 
 /// Solves a symmetric system by elimination, without pivots.
@@ -158,7 +157,8 @@ std::array<double, kSize> solved(std::array<std::array<double, kSize>, kSize> ma
     }
   }
   for (std::size_t row = kSize; row-- > 0;) {
-    for (std::size_t column = row + 1; column < kSize; ++column) side[row] -= matrix[row][column] * side[column];
+    for (std::size_t column = row + 1; column < kSize; ++column)
+      side[row] -= matrix[row][column] * side[column];
     side[row] /= matrix[row][row];
   }
   return side;
@@ -177,8 +177,9 @@ glm::dmat3 turn_by(const glm::dvec3& turn) {
   return matrix;
 }
 
-Motion motion_between(const SteadyFrame& now, const std::vector<double>& now_cells, const SteadyFrame& earlier,
-                      const std::vector<double>& earlier_cells, const Scene& scene) {
+Motion motion_between(const SteadyFrame& now, const std::vector<double>& now_cells,
+                      const SteadyFrame& earlier, const std::vector<double>& earlier_cells,
+                      const Scene& scene) {
   constexpr double kLeverMm = 30;
   const glm::dmat3 to_earlier = glm::transpose(axes_of(earlier.view));
   Motion motion{.turn = to_earlier * axes_of(now.view),
@@ -243,12 +244,13 @@ std::optional<glm::dvec2> earlier_at(const SteadyFrame& frame, const TwinSteadyM
   const double right = std::clamp(pixel.x - x, 0.0, 1.0);
   const double below = std::clamp(pixel.y - y, 0.0, 1.0);
   const auto at = [&](int across, int down) {
-    const std::size_t index = frame.index(std::min(x + across, frame.right), std::min(y + down, frame.bottom));
+    const std::size_t index =
+        frame.index(std::min(x + across, frame.right), std::min(y + down, frame.bottom));
     return glm::dvec2(map.depth_mm[index], map.volumes[index]);
   };
   const std::array<glm::dvec2, 4> corners = {at(0, 0), at(1, 0), at(0, 1), at(1, 1)};
-  const auto [least, most] = std::ranges::minmax(
-      std::array{corners[0].x, corners[1].x, corners[2].x, corners[3].x});
+  const auto [least, most] =
+      std::ranges::minmax(std::array{corners[0].x, corners[1].x, corners[2].x, corners[3].x});
   glm::dvec2 found = at(right < 0.5 ? 0 : 1, below < 0.5 ? 0 : 1);
   if (least >= 0 && most - least <= map.scene.filter.step_mm) {
     const glm::dvec2 upper = corners[0] + right * (corners[1] - corners[0]);
@@ -287,7 +289,8 @@ class CellAgreements {
     const double squares = median(figures, 0);
     const double explained = median(figures, 1);
     for (std::size_t cell = 0; cell < known.size(); ++cell) {
-      known[cell]->doubt = std::max(figures[cell].x / squares - 8, 0.0) + std::max(figures[cell].y / explained - 6, 0.0);
+      known[cell]->doubt =
+          std::max(figures[cell].x / squares - 8, 0.0) + std::max(figures[cell].y / explained - 6, 0.0);
     }
   }
 
@@ -392,7 +395,8 @@ TwinSteadyMap twin_steady(const TwinSteadyMap& now, const TwinSteadyMap& earlier
       const double mean = now_cells[static_cast<std::size_t>(y) * kMostCells + x];
       double stretch = 1;
       if (mean >= 0) {
-        const auto plane = plane_at(before, earlier_cells, filter.step_mm, motion.at(frame.place(middle, mean)));
+        const auto plane =
+            plane_at(before, earlier_cells, filter.step_mm, motion.at(frame.place(middle, mean)));
         if (plane) {
           const glm::dvec3 ray((middle - frame.middle()) * frame.view.mm_per_pixel_per_mm, 1);
           const double along = glm::dot(plane->gradient, motion.turn * ray);

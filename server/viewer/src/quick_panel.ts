@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings in reach: presets, panes, five sliders, views, the search among the others; undo and redo.
+// The settings in reach: presets, panes, six sliders, views, the search among the others; undo and redo.
 import { Role, type Hello, type Picture, type PresetList } from "../generated/fanlight_pb.js";
 import { find } from "./element";
 import { sameCuts } from "./cut_shapes";
@@ -16,6 +16,7 @@ import { ResetPlanes } from "./reset_planes";
 import type { Values } from "./scene";
 import { connectSearch } from "./setting_search";
 import type { SettingsEditor } from "./settings_editor";
+import { SteadyMark } from "./steady_mark";
 import { SlabControl } from "./slab_control";
 import { Tomography } from "./tomography";
 import { UndoHistory } from "./undo_history";
@@ -28,6 +29,7 @@ export class QuickPanel {
   private readonly ownPresets: OwnPresets;
   private readonly layout: LayoutBar;
   private readonly uncertain = new UncertainMark(find("#uncertain-mark", HTMLElement));
+  private readonly steady = new SteadyMark(find("#steady-mark", HTMLElement));
   private readonly nearTissue: NearTissueButton;
   private readonly slab: SlabControl;
   private readonly tomography: Tomography;
@@ -103,6 +105,7 @@ export class QuickPanel {
     this.sliders.take(picture.levels);
     this.nearTissue.showPicture(picture.nearTissue);
     this.uncertain.show(picture);
+    this.steady.show(picture);
   }
 
   /** Whether the picture lacks a change of this display. */

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The five sliders in reach: threshold, smooth, brightness, shadow, glass. Each shows a percentage, or grey levels, that
-// is converted to a field of the scene.
+// The six sliders in reach: threshold, smooth, steady, brightness, shadow, glass. Each shows a percentage, grey levels or
+// a number of volumes, which is converted to a field of the scene.
 import type { EchoLevels } from "../generated/fanlight_pb.js";
 import { element } from "./element";
 import type { FieldEffects } from "./field_effects";
@@ -16,6 +16,8 @@ interface Quick {
   title: string;
   help: string;
   unit: string;
+  /** Of the slider; 0 to 100 where there is none. */
+  range?: readonly [number, number];
   toField(shown: number): number;
   toShown(value: number): number;
 }
@@ -36,6 +38,15 @@ export const kQuick: readonly Quick[] = [
     unit: "%",
     toField: (percent) => tidy(Math.max(0.1, (percent / 100) * kMostSmoothMm)),
     toShown: (mm) => (100 * mm) / kMostSmoothMm,
+  },
+  {
+    field: "filter.steady",
+    title: "Steady",
+    help: "How many volumes are averaged where nothing moves",
+    unit: "volumes",
+    range: [1, 8],
+    toField: (volumes) => tidy(1 - 1 / volumes),
+    toShown: (share) => 1 / (1 - share),
   },
   {
     field: "finish.exposure",
@@ -120,7 +131,8 @@ export class QuickSettings {
 
   private row(quick: Quick): Row {
     const id = `quick-${quick.field}`;
-    const slider = element("input", { type: "range", id, min: "0", max: "100", step: "1", title: quick.help });
+    const [min, max] = (quick.range ?? [0, 100]).map(String) as [string, string];
+    const slider = element("input", { type: "range", id, min, max, step: "1", title: quick.help });
     slider.dataset.quick = quick.field;
     const output = element("output", {});
     output.setAttribute("for", id);
@@ -154,7 +166,8 @@ export class QuickSettings {
     // What is measured is shown as in the advanced settings.
     const shown = isAuto ? tenths(inForce) : Math.round(quick.toShown(inForce));
     slider.value = String(shown);
-    const text = Number.isNaN(value) ? "" : `${shown}${quick.unit && ` ${quick.unit}`}`;
+    const isOff = quick.range !== undefined && value === 0;
+    const text = Number.isNaN(value) ? "" : isOff ? "off" : `${shown}${quick.unit && ` ${quick.unit}`}`;
     const busy = this.changing === row;
     output.textContent = busy ? `${text}, rendering …` : text;
     output.classList.toggle("busy", busy);

@@ -14,10 +14,12 @@ import { kQuick, thresholdRange } from "../src/quick_settings";
 import { bodyWay } from "../src/view_geometry";
 
 test("each slider shows what it has set, and more is more", () => {
-  for (const { field, toField, toShown } of kQuick) {
-    for (const shown of [5, 50, 100]) assert.ok(Math.abs(toShown(toField(shown)) - shown) < 1, `${field} at ${shown}`);
+  for (const { field, range, toField, toShown } of kQuick) {
+    for (const shown of range ?? [5, 50, 100])
+      assert.ok(Math.abs(toShown(toField(shown)) - shown) < (range ? 0.5 : 1), `${field} at ${shown}`);
   }
-  const [, smooth, brightness, shadow] = kQuick;
+  const [, smooth, steady, brightness, shadow] = kQuick;
+  assert.deepEqual([steady!.toField(1), steady!.toField(5)], [0, 0.8]); // one volume: the filter is off
   assert.ok(smooth!.toField(80) > smooth!.toField(20));
   assert.ok(brightness!.toField(80) > brightness!.toField(20));
   assert.equal(brightness!.toField(50), 1.8);
