@@ -118,7 +118,8 @@ bool PrivateRenderer::inputs_lost(const ViewState& state) {
   if (state.slot == nullptr || !state.light) return false;
   const VolumeInFlight& slot = *state.slot;
   if (state.bindings_version != slot.bindings_version()) return true;  // frames of another size
-  // The first piece of passes 2 and 3, which was submitted as they began, has copied the main view's map.
+  // The first piece of passes 2 and 3, which was submitted as they began, has copied the main view's map, and
+  // read the earlier one.
   if (state.phase == WorkPhase::kLighting) return false;
   return state.frames_version != slot.frames_version() || !slot.frames_ready();
 }
@@ -186,14 +187,14 @@ Result<void> PrivateRenderer::execute(PrivateStep step, ViewState& state, const 
     case PrivateStep::kRelight:
     case PrivateStep::kLightShared:
       take_request(state, shown);
-      return light(state, shown, state.casts() ? std::nullopt : shown.earlier);
+      return light(state, shown);
     case PrivateStep::kBeginCast:
       take_request(state, shown);
       return begin_cast(state, shown);
     case PrivateStep::kCastBand:
       return state.cast->submit_next(state.slot->bindings());
     case PrivateStep::kLightCast:
-      return light(state, shown, std::nullopt);
+      return light(state, shown);
     case PrivateStep::kLightPiece:
       return state.light->submit_next();
   }
@@ -258,8 +259,14 @@ Result<void> PrivateRenderer::fit_light(ViewState& state, PictureSize size) cons
   return {};
 }
 
+/// A view with its own camera is averaged with what the main view shows of the volume.
+LightPass::Earlier PrivateRenderer::earlier_of(const ViewState& state, const Shown& shown) {
+  if (!state.casts()) return shown.earlier;
+  return earlier_map(shown.cast_scene, shown.usual_size, state.scene, true);
+}
+
 /// Submits the first piece of passes 2 and 3, and before it the weights that it needs.
-Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, const LightPass::Earlier& earlier) {
+Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown) {
   VolumeInFlight& slot = *state.slot;
   const PictureSize size = size_of(state.scene, cast_config_.size);
   if (auto fits = fit_light(state, size); !fits) return fits;
@@ -270,7 +277,8 @@ Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown, const 
   } else {
     light.copy(slot.cast());
   }
-  if (earlier) light.follow(shown.previous.steady_for_private_views());
+  const LightPass::Earlier earlier = earlier_of(state, shown);
+  if (earlier) light.follow((state.casts() ? shown.slot : shown.previous).steady_for_private_views());
   state.phase = WorkPhase::kLighting;
   state.stamp.view = picture_view(state.scene, size);
   if (auto begun = light.begin(slot.effective(state.scene), earlier); !begun) return begun;

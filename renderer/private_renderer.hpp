@@ -55,6 +55,7 @@ class PrivateRenderer {
     const Scene& cast_scene;         ///< of the depth map in the slot
     std::uint64_t cast_number = 0;   ///< of the depth map, from 1
     LightPass::Earlier earlier{};
+    PictureSize usual_size{};  ///< of scenes that have none
   };
 
   /// Submits one piece of the work that is due; whether there was some. Precondition: nothing of the main
@@ -121,7 +122,8 @@ class PrivateRenderer {
   void take_request(ViewState& state, const Shown& shown);
   Result<void> begin_cast(ViewState& state, const Shown& shown);
   static Result<void> add_weights(ViewState& state);
-  Result<void> light(ViewState& state, const Shown& shown, const LightPass::Earlier& earlier);
+  static LightPass::Earlier earlier_of(const ViewState& state, const Shown& shown);
+  Result<void> light(ViewState& state, const Shown& shown);
   static std::array<double, kStages> stage_ms(const ViewState& state);
 
   PassDevice device_;

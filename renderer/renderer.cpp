@@ -370,7 +370,8 @@ PrivateRenderer::Shown Renderer::shown_for_private_views() const {
           .previous = slots_[1 - shown_]->slot,
           .cast_scene = shown.cast_scene.scene,
           .cast_number = shown.cast_number,
-          .earlier = earlier_than(shown)};
+          .earlier = earlier_than(shown),
+          .usual_size = config_.size};
 }
 
 bool Renderer::main_busy() const {
@@ -416,21 +417,14 @@ Result<DepthMaps> Renderer::read_depth() {
 
 // ---- passes 2 and 3 of the main view
 
-/// The place of the depth map of the other slot, if the temporal filter may use it.
+/// The steady map of the other slot, if the temporal filter may use it.
 VolumeInFlight::Earlier Renderer::earlier_than(const SlotState& state) const {
   if (replaces_frames()) return std::nullopt;  // a single slot is used, and it keeps no last volume
   const SlotState& other = &state == slots_[0].get() ? *slots_[1] : *slots_[0];
-  // The cine goes in any direction, and each of its volumes has one picture whatever was shown before.
-  if (state.is_kept || other.is_kept) return std::nullopt;
-  if (other.filtered_volume_id == 0 || other.filtered_volume_id >= state.slot.volume().volume_id)
-    return std::nullopt;
-  // From another side, and in another size, it shows the same surface.
-  Scene here = other.filtered_view;
-  here.camera = state.cast_scene.scene.camera;
-  here.size = state.cast_scene.scene.size;
-  if (first_pass_changed(here, state.cast_scene.scene) <= FirstPass::kCast) return std::nullopt;
-  const PictureSize size = size_of(other.filtered_view, config_.size);
-  return MapPlace{.view = picture_view(other.filtered_view, size), .size = size};
+  const MappedVolume mapped{.id = other.filtered_volume_id, .is_kept = other.is_kept};
+  const MappedVolume now{.id = state.slot.volume().volume_id, .is_kept = state.is_kept};
+  if (!may_average(mapped, now)) return std::nullopt;
+  return earlier_map(other.filtered_view, config_.size, state.cast_scene.scene, mapped.id >= now.id);
 }
 
 Result<void> Renderer::light(SlotState& state) {

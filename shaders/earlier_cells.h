@@ -31,7 +31,8 @@ CellSurface cell_surface_at(vec3 place) {
   CellSurface surface;
   bool inside =
       share.x >= 0.0 && share.y >= 0.0 && share.x <= 1.0 && share.y <= 1.0 && most.x >= 0 && most.y >= 0;
-  surface.found = inside && smallest >= 0.0 && largest - smallest <= 2.0 * lighting.same_surface;
+  surface.found =
+      inside && smallest >= 0.0 && largest - smallest <= min(2.0 * lighting.same_surface, kMostCellsApart);
   surface.depth = mix(mix(upper_left, upper_right, share.x), mix(lower_left, lower_right, share.x), share.y);
   vec2 by_pixel = vec2(mix(upper_right - upper_left, lower_right - lower_left, share.y),
                        mix(lower_left - upper_left, lower_right - upper_right, share.x)) /

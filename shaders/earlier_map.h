@@ -4,6 +4,11 @@
 #ifndef FANLIGHT_SHADERS_EARLIER_MAP_H
 #define FANLIGHT_SHADERS_EARLIER_MAP_H
 
+// Depths that differ by more are of two surfaces, or noise that no mean should take, mm: next to each other,
+// and of cells next to each other.
+const float kMostApart = 2.5;
+const float kMostCellsApart = 8.0;
+
 float scale_at(MapView view, float depth) {
   return view.scale_at_0 + view.scale_per_mm * depth;
 }
@@ -56,7 +61,7 @@ vec2 earlier_at(vec2 pixel) {
   vec2 lower_right = earlier_map[next_row + uint(next.x)];
   float smallest = min(min(upper_left.x, upper_right.x), min(lower_left.x, lower_right.x));
   float largest = max(max(upper_left.x, upper_right.x), max(lower_left.x, lower_right.x));
-  bool is_even = smallest >= 0.0 && largest - smallest <= lighting.same_surface;
+  bool is_even = smallest >= 0.0 && largest - smallest <= min(lighting.same_surface, kMostApart);
   vec2 between = mix(mix(upper_left, upper_right, share.x), mix(lower_left, lower_right, share.x), share.y);
   vec2 upper = share.x < 0.5 ? upper_left : upper_right;
   vec2 lower = share.x < 0.5 ? lower_left : lower_right;

@@ -2,11 +2,10 @@
 // Pass 2, temporal filter, step 4: how much the earlier depth map is worth in each cell
 // (renderer/ALGORITHM.md, pass 2). The differences of a cell are noise, or motion. Two figures of a cell's
 // neighbourhood tell them apart: the mean square of 3 x 3 cells, and what the best shift of 7 x 7 cells
-// explains. Noise gives either what half of the cells have at most, whatever the grain of the speckle. One
-// group.
+// explains. Half of the cells have no more than noise gives, whatever the grain of the speckle. One group.
 //
-// Reads: alignment.differences.
-// Writes: alignment.doubt.
+// Reads: alignment.differences, alignment.slopes.
+// Writes: alignment.figures, each invocation its own; alignment.doubt.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -33,6 +32,9 @@ const float kDamping = 0.01;
 const vec2 kChance = vec2(8.0, 6.0);
 // No mean is worth this: it starts again.
 const float kNothing = 1e3;
+
+// Mean squares of cells, mm^2, above which the whole picture moves, and not as one body.
+const float kMostNoise = 0.25;
 
 shared float counts[2 * kThreads];
 // Logarithms (base 2) of the two medians, and their limits.
@@ -124,10 +126,9 @@ void main() {
     int row = cell / steady.now.cells_across;
     alignment.figures[number_of(cell)] = figures_at(ivec2(cell - row * steady.now.cells_across, row));
   }
-  memoryBarrierBuffer();
-  barrier();
   find_medians(thread, cells);
   vec2 noise = exp2(least);
+  noise *= min(kMostNoise / noise.x, 1.0);
   for (int cell = thread; cell < cells; cell += kThreads) {
     vec2 figures = alignment.figures[number_of(cell)];
     vec2 excess = max(figures / noise - kChance, 0.0);

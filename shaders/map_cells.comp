@@ -51,7 +51,8 @@ void main() {
         bool inside = pixel.x <= view.right && pixel.y <= view.bottom;
         uint index = inside ? uint(pixel.y) * view.width + uint(pixel.x) : 0u;
         float there = kEarlier ? earlier_map[index].x : depth[index];
-        bool counts = inside && there >= 0.0 && (round == 0 || abs(there - mean) <= lighting.same_surface);
+        bool counts = inside && there >= 0.0 &&
+                      (round == 0 || abs(there - mean) <= min(lighting.same_surface, kMostApart));
         sum += counts ? there : 0.0;
         count += counts ? 1.0 : 0.0;
       }

@@ -26,8 +26,11 @@ layout(binding = FANLIGHT_BINDING_MAP_ALIGNMENT, scalar) buffer Alignment {
 #include "earlier_cells.h"
 #include "earlier_map.h"
 
-// Rays of the two maps at a smaller cosine of the surface show too little of one another.
-const float kLeastCosine = 0.3;
+// Of a cell next to a border or a hole.
+const float kWeightWithoutSlope = 0.1;
+// mm towards the earlier surface for each mm along a ray: with less, the two maps show too little of one
+// another.
+const float kLeastAlong = 0.3;
 
 vec3 to_earlier(vec3 place) {
   return alignment.origin + place.x * alignment.right + place.y * alignment.down +
@@ -41,7 +44,7 @@ float stretch_at(ivec2 cell, CellSurface surface) {
   vec2 widening = (middle - view.middle) * view.scale_per_mm;
   vec3 ray = widening.x * alignment.right + widening.y * alignment.down + alignment.forward;
   float along = dot(surface.gradient, ray);
-  return surface.found ? (along >= kLeastCosine ? 1.0 / along : 0.0) : 1.0;
+  return surface.found ? (along >= kLeastAlong ? 1.0 / along : 0.0) : 1.0;
 }
 
 void main() {
@@ -62,7 +65,7 @@ void main() {
       float before = earlier_at(pixel_at(steady.earlier, place)).x;
       float away = place.z - before;
       bool both = inside && here >= 0.0 && before >= 0.0;
-      bool near = both && abs(away) <= lighting.same_surface;
+      bool near = both && abs(away) <= min(lighting.same_surface, kMostApart);
       shown += both ? 1.0 : 0.0;
       count += near ? 1.0 : 0.0;
       sum += near ? away : 0.0;
@@ -76,7 +79,8 @@ void main() {
   vec2 slope = surface.found ? -surface.gradient.xy / surface.gradient.z : vec2(0.0);
   bool compares = count >= 4.0 && 2.0 * count >= shown && stretch > 0.0;
   // Noise along a ray grows with the slope.
-  float weight = compares ? 1.0 / (1.0 + dot(slope, slope)) : 0.0;
+  float known = surface.found ? 1.0 / (1.0 + dot(slope, slope)) : kWeightWithoutSlope;
+  float weight = compares ? known : 0.0;
   alignment.differences[number] = vec2(sum / max(count, 1.0), weight);
   alignment.slopes[number] = slope;
   alignment.stretch[number] = stretch > 0.0 ? stretch : 1.0;

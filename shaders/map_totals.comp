@@ -29,25 +29,31 @@ layout(binding = FANLIGHT_BINDING_STEADY_MAP, scalar) readonly buffer SteadyMap 
   vec2 steady_map[];
 };
 
+// A pixel with fewer shows one volume.
+const float kLeastVolumes = 1.3;
+
 void main() {
   if (gl_GlobalInvocationID.x >= lighting.height) return;
   uint row_start = gl_GlobalInvocationID.x * lighting.width;
   float smallest = FANLIGHT_MAX_DEPTH;
   uint surface_pixels = 0u;
   uint uncertain_pixels = 0u;
+  uint steady_pixels = 0u;
   uint volumes = 0u;
   for (uint x = 0u; x < lighting.width; ++x) {
     float depth = smooth_depth[row_start + x];
     smallest = depth >= 0.0 ? min(smallest, depth) : smallest;
     surface_pixels += depth >= 0.0 ? 1u : 0u;
     uncertain_pixels += depth >= 0.0 && certainty_of(volume_colour[row_start + x]) < 1.0 ? 1u : 0u;
-    // A hole that was filled has none of its own.
-    float averaged = max(steady_map[row_start + x].y, 1.0);
-    volumes += depth >= 0.0 ? uint(averaged * float(FANLIGHT_VOLUME_UNITS) + 0.5) : 0u;
+    float averaged = steady_map[row_start + x].y;
+    bool is_steady = depth >= 0.0 && averaged >= kLeastVolumes;
+    steady_pixels += is_steady ? 1u : 0u;
+    volumes += is_steady ? uint(averaged * float(FANLIGHT_VOLUME_UNITS) + 0.5) : 0u;
   }
   // The bits of floats that are not negative have the order of the floats.
   atomicMin(totals.min_depth, floatBitsToUint(smallest));
   atomicAdd(totals.surface_pixels, surface_pixels);
   atomicAdd(totals.uncertain_pixels, uncertain_pixels);
+  atomicAdd(totals.steady_pixels, steady_pixels);
   atomicAdd(totals.volumes, volumes);
 }

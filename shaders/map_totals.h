@@ -11,7 +11,8 @@ FANLIGHT_SHADER_STRUCT(MapTotals) {
   uint min_depth;         // bits of a float, mm; FANLIGHT_MAX_DEPTH without a surface
   uint surface_pixels;    // pixels with a surface
   uint uncertain_pixels;  // of these, those whose certainty is below 1, and those of filled holes
-  uint volumes;           // sum of the volumes in their depths, in units of 1 / FANLIGHT_VOLUME_UNITS
+  uint steady_pixels;     // of the surface, those whose depth is a mean over volumes
+  uint volumes;           // sum of their numbers of volumes, in units of 1 / FANLIGHT_VOLUME_UNITS
 }
 FANLIGHT_SHADER_STRUCT_END
 

@@ -33,8 +33,9 @@ FANLIGHT_SHADER_STRUCT(SteadyParameters) {
   vec3 down;
   vec3 forward;
   vec3 origin;
-  vec3 pivot;          // about which a motion turns, in the frame of `earlier`
-  float most_volumes;  // in the mean of a pixel
+  vec3 pivot;           // about which a motion turns, in the frame of `earlier`
+  float added_volumes;  // 1, or 0 where the volume of `now` is part of the earlier map
+  float most_volumes;   // in the mean of a pixel
 }
 FANLIGHT_SHADER_STRUCT_END
 

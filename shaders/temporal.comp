@@ -61,9 +61,10 @@ vec2 averaged(ivec2 pixel, float now) {
   vec2 before = earlier_at(pixel_at(steady.earlier, place));
   vec2 agreement = agreement_at(vec2(pixel));
   float away = place.z - before.x;
-  bool same = in_view(pixel) && same_surface(place.z, before.x) && before.y >= 1.0;
+  bool same = in_view(pixel) && before.x >= 0.0 && before.y >= 1.0 &&
+              abs(away) <= min(lighting.same_surface, kMostApart);
   float known = 1.0 / (1.0 / max(before.y, 1.0) + agreement.x);
-  float volumes = same ? min(1.0 + known, steady.most_volumes) : 1.0;
+  float volumes = same ? clamp(steady.added_volumes + known, 1.0, steady.most_volumes) : 1.0;
   return vec2(now - (1.0 - 1.0 / volumes) * agreement.y * away, volumes);
 }
 

@@ -78,8 +78,9 @@ struct PictureStamp {
   /// Of these, those whose surface is uncertain and dimmed, 0 to 1: it stands out from the speckle by
   /// little, fills a hole, or is seen from where no beam came. 0 in modes that do not light the surface.
   double uncertain_share = 0;
-  /// Of the pixels with a surface, the mean number of volumes that their depths come from: 1 without
-  /// Scene::Filter::steady.
+  /// Of the pixels with a surface, the share whose depth is a mean over volumes (Scene::Filter::steady), 0 to
+  /// 1; and the mean number of these volumes, 1 without such pixels.
+  double steady_share = 0;
   double mean_volumes = 1;
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture

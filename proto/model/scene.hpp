@@ -199,7 +199,7 @@ struct Scene {
     double step_mm = 6;  ///< larger depth differences separate two surfaces
     int islands = 7;     ///< surfaces smaller than about half this, pixels, are removed; odd; 1: none
     int holes = 9;       ///< holes smaller than about half this, pixels, are filled; odd; 1: none
-    double steady = 0;   ///< share of earlier volumes in the depth map: at most 1 / (1 - steady) are averaged
+    double steady = 0;   ///< share of earlier volumes in a running mean, as of 1 / (1 - steady) volumes
 
     bool operator==(const Filter&) const = default;
   } filter;

@@ -305,8 +305,8 @@ const SceneField kFields[] = {
                               FirstPass::kFilter),
     row<MEMBER(filter.steady)>(
         "filter.steady", "",
-        "share of earlier volumes in the depth map, moved with the body; 0.8 averages 5, "
-        "where nothing moves by itself",
+        "share of earlier volumes in a running mean of the depth map, moved with the body; "
+        "0.8: as of 5 volumes",
         0, 0.95, 0, FirstPass::kFilter),
     choice<MEMBER(light.kind)>("light.kind", "at a point, or so far away that its rays are parallel",
                                FirstPass::kLight, kLightKinds),

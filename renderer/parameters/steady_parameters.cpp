@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <string_view>
+
+#include "renderer/parameters/view_frame.hpp"
 
 namespace fanlight {
 
@@ -36,23 +39,41 @@ shaders::MapView map_view(const MapPlace& place) {
 
 }  // namespace
 
-shaders::SteadyParameters steady_parameters(const MapPlace& now, const MapPlace& earlier,
+bool finds_same_surface(const Scene& first, const Scene& second) {
+  constexpr std::string_view kDeciding[] = {"detector.", "speckle.", "near.", "rays.step_mm", "rays.window"};
+  return std::ranges::all_of(scene_fields(), [&](const SceneField& field) {
+    const bool decides =
+        std::ranges::any_of(kDeciding, [&](std::string_view name) { return field.name.starts_with(name); });
+    return !decides || field.same(first, second);
+  });
+}
+
+std::optional<EarlierMap> earlier_map(const Scene& mapped, PictureSize usual, const Scene& scene,
+                                      bool has_volume) {
+  if (!finds_same_surface(mapped, scene)) return std::nullopt;
+  const PictureSize size = size_of(mapped, usual);
+  return EarlierMap{.place = {.view = picture_view(mapped, size), .size = size}, .has_volume = has_volume};
+}
+
+shaders::SteadyParameters steady_parameters(const MapPlace& now, const EarlierMap& earlier,
                                             double target_depth_mm, double share) {
-  const glm::dvec3 right = vector_of(earlier.view.right);
-  const glm::dvec3 down = vector_of(earlier.view.down);
-  const glm::dvec3 forward = vector_of(earlier.view.forward);
+  const PictureView& from = earlier.place.view;
+  const glm::dvec3 right = vector_of(from.right);
+  const glm::dvec3 down = vector_of(from.down);
+  const glm::dvec3 forward = vector_of(from.forward);
   const auto in_earlier = [&](const glm::dvec3& vector) {
     return glm::dvec3(glm::dot(vector, right), glm::dot(vector, down), glm::dot(vector, forward));
   };
-  const glm::dvec3 origin = in_earlier(vector_of(now.view.origin_mm) - vector_of(earlier.view.origin_mm));
+  const glm::dvec3 origin = in_earlier(vector_of(now.view.origin_mm) - vector_of(from.origin_mm));
   const glm::dvec3 ahead = in_earlier(vector_of(now.view.forward));
   return {.now = map_view(now),
-          .earlier = map_view(earlier),
+          .earlier = map_view(earlier.place),
           .right = in_earlier(vector_of(now.view.right)),
           .down = in_earlier(vector_of(now.view.down)),
           .forward = ahead,
           .origin = origin,
           .pivot = origin + target_depth_mm * ahead,
+          .added_volumes = earlier.has_volume ? 0.0F : 1.0F,
           .most_volumes = static_cast<float>(1 / (1 - share))};
 }
 

@@ -174,7 +174,7 @@ void LightPass::choose_regions(const Scene& scene, bool averages, shaders::Light
 /// Writes the parameters of the temporal filter. Returns whether it has anything to average with.
 bool LightPass::take_earlier(const Scene& scene, const Earlier& earlier) const {
   const MapPlace now{.view = picture_view(scene, size_), .size = size_};
-  if (scene.filter.steady <= 0 || !earlier || earlier->view.part.width == 0 || now.view.part.width == 0)
+  if (scene.filter.steady <= 0 || !earlier || earlier->place.view.part.width == 0 || now.view.part.width == 0)
     return false;
   memory_.steady_parameters.mapped_as<shaders::SteadyParameters>() =
       steady_parameters(now, *earlier, scene.camera.distance_mm, scene.filter.steady);
@@ -205,6 +205,7 @@ Result<void> LightPass::add_steady_steps() {
 
 Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
   if (auto added = add_steady_steps(); !added) return added;
+  steady_steps_ = steps_.count();
   Pipelines& pipelines = recorder_.pipelines();
   auto rows = pipelines.get(keys.filter_rows);
   if (!rows) return rows.error();
@@ -278,6 +279,7 @@ Result<void> LightPass::begin(const Scene& scene, const Earlier& earlier) {
   if (!input_.weighted) parameters.confidence_counts = 0;
   recorder_.reset_times();
   steps_.clear();
+  steady_steps_ = 0;
   is_first_of_cast_ = is_new_cast_;
   const bool filters = is_new_input_ || filter_ != scene.filter;
   // Without the filter the maps stay those of the last one, whatever it would be now.
@@ -399,6 +401,7 @@ void LightPass::read_picture(const PictureStamp& stamp, Picture& to) const {
   to.stamp.surface_id = surface_id_;
   to.stamp.surface_share = surface_share();
   to.stamp.uncertain_share = uncertain_share();
+  to.stamp.steady_share = steady_share();
   to.stamp.mean_volumes = mean_volumes();
   to.width = size_.width;
   to.height = size_.height;
@@ -429,12 +432,18 @@ double LightPass::uncertain_share() const {
   return static_cast<double>(totals.uncertain_pixels) / totals.surface_pixels;
 }
 
-/// Of the pixels that have a surface, the mean number of volumes that their depths come from.
+/// Of the pixels that have a surface, the share whose depth is a mean over volumes; and the mean number of
+/// these.
+double LightPass::steady_share() const {
+  const auto& totals = memory_.read_back_totals.mapped_as<shaders::MapTotals>();
+  if (totals.surface_pixels == 0) return 0;
+  return static_cast<double>(totals.steady_pixels) / totals.surface_pixels;
+}
+
 double LightPass::mean_volumes() const {
   const auto& totals = memory_.read_back_totals.mapped_as<shaders::MapTotals>();
-  if (totals.surface_pixels == 0) return 1;
-  return static_cast<double>(totals.volumes) /
-         (FANLIGHT_VOLUME_UNITS * static_cast<double>(totals.surface_pixels));
+  if (totals.steady_pixels == 0) return 1;
+  return totals.volumes / (FANLIGHT_VOLUME_UNITS * static_cast<double>(totals.steady_pixels));
 }
 
 Result<void> LightPass::submit_next() {
@@ -446,7 +455,7 @@ Result<void> LightPass::submit_next() {
   const double whole_ms = known_ms > 0 ? known_ms : kPieceMs;
   const double share = static_cast<double>(regions_.smooth.pixels()) / static_cast<double>(pixels());
   const double step_ms = next == Stage::kFilter ? share * whole_ms : whole_ms;
-  return submit(steps_.end_of_piece(step_ms, kPieceMs));
+  return submit(std::max(steps_.end_of_piece(step_ms, kPieceMs), steady_steps_));
 }
 
 }  // namespace fanlight

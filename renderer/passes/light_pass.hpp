@@ -61,22 +61,23 @@ class LightPass {
   PictureSize size() const { return size_; }
   PictureSize largest() const { return config_.largest; }
 
-  /// Sets the temporal filter's input: steady() of the volumes before and after this one's, or a copy of it.
+  /// Sets the temporal filter's input: steady() of the other slot, or a copy of it.
   /// Precondition as above.
   void follow(const GpuBuffer& steady) const;
   /// The temporally filtered depth map, two floats a pixel: the depth in mm and the number of volumes in it.
   /// Mapped with kByHost.
   const GpuBuffer& steady() const { return memory_.steady; }
 
-  /// The place of the map of follow(); absent where it is not one of an earlier volume, found as this one is.
-  using Earlier = std::optional<MapPlace>;
+  /// The map of follow(); absent where it is not one of another volume, found as this one is.
+  using Earlier = std::optional<EarlierMap>;
 
   /// Sets passes 2 and 3 up for this effective_scene() of the cast, and submits nothing. The filter of the
   /// depth map is left out where its input and options have not changed. Precondition: nothing is
   /// outstanding. Error: a pipeline that cannot be built.
   Result<void> begin(const Scene& scene, const Earlier& earlier);
 
-  /// Submits the next piece, about 4 ms of work; the last one has the read-back. Precondition: as begin().
+  /// Submits the next piece, about 4 ms of work; the first one has all that reads the map of follow(), which
+  /// may be written again then, and the last one has the read-back. Precondition: as begin().
   Result<void> submit_next();
   /// Submits all that is left.
   Result<void> submit_all() { return submit(steps_.count()); }
@@ -118,6 +119,7 @@ class LightPass {
   void learn_step_times();
   double surface_share() const;
   double uncertain_share() const;
+  double steady_share() const;
   double mean_volumes() const;
   std::span<const std::uint8_t> colours() const;
   bool in_pieces() const { return config_.pauses || config_.copies == Config::Copies::kByHost; }
@@ -170,6 +172,7 @@ class LightPass {
   shaders::LightParameters filtered_{};      // of the last picture: its confidence_counts
   std::optional<Scene::Filter> filter_;      // options of the filtered depth map
   std::optional<Scene::Filter> filter_due_;  // what filter_ will be
+  std::size_t steady_steps_ = 0;             // of steps_, those that read the map of follow()
   std::array<double, kStages> step_ms_{};    // of one step of each stage; 0: not known
   std::size_t measured_light_steps_ = 0;     // how many steps of the light that is the time of
 

@@ -109,7 +109,7 @@ Result<PipelineHandle> Pipelines::build(const PipelineKey& key) const {
                                     .dataSize = sizeof constants,
                                     .pData = constants.data()};
   // Passes 2 and 3 may compute a part of the picture.
-  const bool in_parts = key.shader >= Shader::kTemporal;
+  const bool in_parts = key.shader >= Shader::kMapCells;
   const VkComputePipelineCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
       .flags = in_parts ? VkPipelineCreateFlags{VK_PIPELINE_CREATE_DISPATCH_BASE_BIT} : 0,

@@ -52,6 +52,14 @@ bool replaces_frames(bool loaded, const NumberedScene& cast_scene, const Numbere
   return scene.scene.refresh == Refresh::kFrame && loaded && cast_scene.scene.refresh == Refresh::kFrame;
 }
 
+bool may_average(const MappedVolume& map, const MappedVolume& now) {
+  if (map.id == 0) return false;
+  if (map.id == now.id) return true;
+  // A display may freeze a volume when the renderer has one or two newer ones.
+  constexpr std::uint64_t kNewer = 2;
+  return !map.is_kept && map.id < now.id + (now.is_kept ? kNewer + 1 : 0);
+}
+
 bool gives_way(const SlotStatus& slot) {
   return slot.phase == WorkPhase::kCasting && slot.refines && !slot.cast_submitted && slot.settled();
 }

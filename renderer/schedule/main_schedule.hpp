@@ -62,6 +62,17 @@ bool light_changed(const SlotStatus& slot, const NumberedScene& scene);
 /// `loaded`, `cast_scene`: of the newest slot.
 bool replaces_frames(bool loaded, const NumberedScene& cast_scene, const NumberedScene& scene);
 
+/// The volume of a depth map; id 0: there is none.
+struct MappedVolume {
+  std::uint64_t id = 0;
+  bool is_kept = false;  ///< it is one of the cine's
+};
+
+/// Whether a depth map may be averaged with that of another volume, or of the same one loaded again. The cine
+/// shows volumes in any order, each alone; but the one that a display freezes keeps what was averaged while
+/// it was live.
+bool may_average(const MappedVolume& map, const MappedVolume& now);
+
 /// Whether a volume can be loaded: no cast is under way that a picture waits for, and the slot that will take
 /// it is idle and settled.
 bool accepts_volume(const MainStatus& status, const NumberedScene& scene);

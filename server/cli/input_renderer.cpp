@@ -154,6 +154,8 @@ Result<RenderReport> InputRenderer::report() const {
   if (!depths) return depths.error();
   RenderReport report = report_of(options_.input, picture_, depths->smooth_mm);
   report.notes = notes_;
+  if (pictures_ == 1 && scene_.filter.steady > 0)
+    report.notes.emplace_back("filter.steady: one volume alone has nothing to be averaged with; use --all");
   report.device = device_.name();
   report.speckle_filter_left_out = counters_.volumes_unfiltered.value() > 0;
   return report;

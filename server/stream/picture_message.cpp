@@ -62,6 +62,7 @@ void describe(v1::Picture& message, const Picture& picture) {
   });
   message.set_surface_share(stamp.surface_share);
   message.set_uncertain_share(stamp.uncertain_share);
+  message.set_steady_share(stamp.steady_share);
   message.set_mean_volumes(stamp.mean_volumes);
   message.set_near_tissue(static_cast<v1::NearTissue>(stamp.near_tissue));
   if (std::isfinite(stamp.near_end_mm)) message.set_near_end_mm(stamp.near_end_mm);

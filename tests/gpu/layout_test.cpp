@@ -73,10 +73,11 @@ TEST(Layout, SteadyParametersAreOneInBothLanguages) {
       OFFSET(MapView, right),        OFFSET(MapView, bottom),       OFFSET(MapView, middle),
       OFFSET(MapView, scale_at_0),   OFFSET(MapView, scale_per_mm), OFFSET(MapView, cell_side),
       OFFSET(MapView, cells_across), OFFSET(MapView, cells_down)};
-  const Offsets parameters = {OFFSET(SteadyParameters, now),     OFFSET(SteadyParameters, earlier),
-                              OFFSET(SteadyParameters, right),   OFFSET(SteadyParameters, down),
-                              OFFSET(SteadyParameters, forward), OFFSET(SteadyParameters, origin),
-                              OFFSET(SteadyParameters, pivot),   OFFSET(SteadyParameters, most_volumes)};
+  const Offsets parameters = {OFFSET(SteadyParameters, now),         OFFSET(SteadyParameters, earlier),
+                              OFFSET(SteadyParameters, right),       OFFSET(SteadyParameters, down),
+                              OFFSET(SteadyParameters, forward),     OFFSET(SteadyParameters, origin),
+                              OFFSET(SteadyParameters, pivot),       OFFSET(SteadyParameters, added_volumes),
+                              OFFSET(SteadyParameters, most_volumes)};
   const Offsets alignment = {
       OFFSET(MapAlignment, right),         OFFSET(MapAlignment, down),        OFFSET(MapAlignment, forward),
       OFFSET(MapAlignment, origin),        OFFSET(MapAlignment, found),       OFFSET(MapAlignment, now_cells),

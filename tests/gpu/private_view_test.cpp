@@ -86,6 +86,29 @@ class PrivateViewTest : public GpuTest {
   std::unique_ptr<Renderer> renderer_;
 };
 
+TEST_F(PrivateViewTest, IsAsSteadyAsTheMainView) {
+  Scene steady = scene_;
+  steady.filter.steady = 0.8;
+  show_volume(1);
+  show(steady);
+  for (std::uint64_t volume_id = 2; volume_id <= 4; ++volume_id) show_volume(volume_id);
+  Scene darker = steady;
+  darker.finish.exposure = 0.5;
+  want(0, 7, darker, false);
+  Scene turned = steady;
+  turned.camera.yaw_deg += 8;
+  want(1, 8, turned, true);
+  let_private_views_finish();
+  const Picture* const shared = newest(0);
+  const Picture* const own = newest(1);
+  ASSERT_TRUE(shared != nullptr && own != nullptr);
+  for (const Picture* const view : {shared, own}) {
+    EXPECT_GT(view->stamp.steady_share, 0.7);
+    EXPECT_NEAR(view->stamp.mean_volumes, 4, 0.5);
+  }
+  EXPECT_EQ(shared->depth_mm, show(darker).depth_mm);
+}
+
 TEST_F(PrivateViewTest, OfALightIsThePictureThatTheMainViewWouldShowAndCastsNothing) {
   Scene other = scene_;
   other.light.right_mm = 80;

@@ -17,6 +17,9 @@ namespace fanlight::test {
 namespace {
 
 constexpr int kMostCells = 64;
+// Depths that differ by more are of two surfaces, mm: of pixels, and of cells.
+constexpr double kMostApartMm = 2.5;
+constexpr double kMostCellsApartMm = 8;
 
 /// Where the pixels of a map lie: to the right, down and in depth, as its view sees them.
 struct SteadyFrame {
@@ -104,7 +107,8 @@ std::vector<double> cells_of(const SteadyFrame& frame, const std::vector<double>
         return sum / static_cast<double>(std::max<std::size_t>(found.size(), 1));
       };
       const double mean = mean_of();
-      std::erase_if(found, [&](double each) { return std::abs(each - mean) > step_mm; });
+      std::erase_if(found,
+                    [&](double each) { return std::abs(each - mean) > std::min(step_mm, kMostApartMm); });
       if (static_cast<double>(found.size()) >= 0.85 * samples * samples)
         cells[static_cast<std::size_t>(y) * kMostCells + x] = mean_of();
     }
@@ -130,7 +134,7 @@ std::optional<CellPlane> plane_at(const SteadyFrame& frame, const std::vector<do
   };
   const std::array<double, 4> corners = {cell(0, 0), cell(1, 0), cell(0, 1), cell(1, 1)};
   const auto [least, most] = std::ranges::minmax(corners);
-  if (least < 0 || most - least > 2 * step_mm) return std::nullopt;
+  if (least < 0 || most - least > std::min(2 * step_mm, kMostCellsApartMm)) return std::nullopt;
   const double right = at.x - x;
   const double below = at.y - y;
   const double upper = corners[0] + right * (corners[1] - corners[0]);
@@ -252,7 +256,7 @@ std::optional<glm::dvec2> earlier_at(const SteadyFrame& frame, const TwinSteadyM
   const auto [least, most] =
       std::ranges::minmax(std::array{corners[0].x, corners[1].x, corners[2].x, corners[3].x});
   glm::dvec2 found = at(right < 0.5 ? 0 : 1, below < 0.5 ? 0 : 1);
-  if (least >= 0 && most - least <= map.scene.filter.step_mm) {
+  if (least >= 0 && most - least <= std::min(map.scene.filter.step_mm, kMostApartMm)) {
     const glm::dvec2 upper = corners[0] + right * (corners[1] - corners[0]);
     const glm::dvec2 lower = corners[2] + right * (corners[3] - corners[2]);
     found = upper + below * (lower - upper);
@@ -271,7 +275,8 @@ struct CellAgreement {
 
 class CellAgreements {
  public:
-  CellAgreements(const SteadyFrame& frame) : frame_(frame), cells_(std::size_t{kMostCells} * kMostCells) {}
+  explicit CellAgreements(const SteadyFrame& frame)
+      : frame_(frame), cells_(std::size_t{kMostCells} * kMostCells) {}
   CellAgreement& at(int x, int y) { return cells_[static_cast<std::size_t>(y) * kMostCells + x]; }
   const CellAgreement& at(int x, int y) const { return cells_[static_cast<std::size_t>(y) * kMostCells + x]; }
 
@@ -286,8 +291,9 @@ class CellAgreements {
       }
     }
     if (known.empty()) return;
-    const double squares = median(figures, 0);
-    const double explained = median(figures, 1);
+    const double all_squares = median(figures, 0);
+    const double squares = std::min(all_squares, 0.25);  // more is motion
+    const double explained = median(figures, 1) * squares / all_squares;
     for (std::size_t cell = 0; cell < known.size(); ++cell) {
       known[cell]->doubt =
           std::max(figures[cell].x / squares - 8, 0.0) + std::max(figures[cell].y / explained - 6, 0.0);
@@ -368,6 +374,7 @@ TwinSteadyMap twin_steady(const TwinSteadyMap& now, const TwinSteadyMap& earlier
   const Motion motion = motion_between(frame, now_cells, before, earlier_cells, now.scene);
   if (!motion.found) return result;
 
+  const double most_mm = std::min(filter.step_mm, kMostApartMm);
   CellAgreements agreements(frame);
   for (int y = 0; y < frame.down; ++y) {
     for (int x = 0; x < frame.across; ++x) {
@@ -386,7 +393,7 @@ TwinSteadyMap twin_steady(const TwinSteadyMap& now, const TwinSteadyMap& earlier
           const auto there = earlier_at(before, earlier, before.pixel(place));
           if (!there) continue;
           ++shown;
-          if (std::abs(place.z - there->x) > filter.step_mm) continue;
+          if (std::abs(place.z - there->x) > most_mm) continue;
           ++count;
           sum += place.z - there->x;
         }
@@ -394,6 +401,7 @@ TwinSteadyMap twin_steady(const TwinSteadyMap& now, const TwinSteadyMap& earlier
       const glm::dvec2 middle = frame.middle_of_cell(x, y);
       const double mean = now_cells[static_cast<std::size_t>(y) * kMostCells + x];
       double stretch = 1;
+      double weight = 0.1;
       if (mean >= 0) {
         const auto plane =
             plane_at(before, earlier_cells, filter.step_mm, motion.at(frame.place(middle, mean)));
@@ -402,11 +410,12 @@ TwinSteadyMap twin_steady(const TwinSteadyMap& now, const TwinSteadyMap& earlier
           const double along = glm::dot(plane->gradient, motion.turn * ray);
           stretch = along >= 0.3 ? 1 / along : 0;
           cell.slope = -glm::dvec2(plane->gradient) / plane->gradient.z;
+          weight = 1 / (1 + glm::dot(cell.slope, cell.slope));
         }
       }
       const bool compares = count >= 4 && 2 * count >= shown && stretch > 0;
       cell.difference_mm = sum / std::max(count, 1.0);
-      cell.weight = compares ? 1 / (1 + glm::dot(cell.slope, cell.slope)) : 0;
+      cell.weight = compares ? weight : 0;
       cell.stretch = stretch > 0 ? stretch : 1;
     }
   }
@@ -419,7 +428,7 @@ TwinSteadyMap twin_steady(const TwinSteadyMap& now, const TwinSteadyMap& earlier
       if (here < 0) continue;
       const glm::dvec3 place = motion.at(frame.place({column, row}, here));
       const auto there = earlier_at(before, earlier, before.pixel(place));
-      if (!there || std::abs(place.z - there->x) > filter.step_mm || there->y < 1) continue;
+      if (!there || std::abs(place.z - there->x) > most_mm || there->y < 1) continue;
       const glm::dvec2 agreement = agreements.between({column, row});
       const double volumes = std::min(1 + 1 / (1 / there->y + agreement.x), 1 / (1 - filter.steady));
       result.depth_mm[pixel] = here - (1 - 1 / volumes) * agreement.y * (place.z - there->x);

@@ -42,12 +42,16 @@ export class ArchiveButton {
   private async open(): Promise<void> {
     const [picture, loss] = [this.events.still(), this.events.loss()]; // of this moment
     if (!picture) return;
+    picture.catch(() => undefined); // the form says it
+    this.button.disabled = true; // a second click would open it twice
     try {
       const { ArchiveForm: Form } = (await import("./archive_form.js")) as typeof import("./archive_form");
       this.form ??= new Form(this.button, this.events);
     } catch (error) {
       return this.events.failed(`The form of the archive could not be loaded: ${(error as Error).message}`);
+    } finally {
+      this.button.disabled = false;
     }
-    this.form.open(picture, loss);
+    if (!this.button.hidden) this.form.open(picture, loss); // the role may have changed meanwhile
   }
 }

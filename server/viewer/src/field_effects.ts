@@ -64,6 +64,7 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
     ["filter.size_mm", "is above", 0],
     ["filter.size", "is above", 1],
   ],
+  "filter.steady": [["refresh", "is", "volume"]],
   "filter.step_mm": [
     ["filter.kind", "is", "edge-preserving"],
     ["filter.islands", "is above", 1],

@@ -19,6 +19,7 @@ import type { SettingsEditor } from "./settings_editor";
 import type { PlaneView } from "./plane_through";
 import { Scalpel } from "./scalpel";
 import { shownPlanes, sliceCamera } from "./shown_planes";
+import { steadyText } from "./steady_mark";
 import { stillOf } from "./still";
 import { SurfacePoints, type DepthQuestion } from "./surface_points";
 import { kTomography, planeDirections } from "./tomography";
@@ -228,7 +229,7 @@ export class PictureOverlay {
       state: find("#connection", HTMLElement).innerText.trim(),
       volumeId: shown?.volumeId ?? 0n,
       captured: shown && this.from.dateOf(Number(shown.captureTimeNs) / 1e6),
-      said: [this.depths.text(), this.scalpel.text()].filter(Boolean).join(" "),
+      said: [this.depths.text(), this.scalpel.text(), shown && steadyText(shown)].filter(Boolean).join(" "),
       measurements: this.measurement.lines(),
       bar: this.bar(),
       fullWidth: this.fullSize().width,

@@ -42,7 +42,7 @@ export const kQuick: readonly Quick[] = [
   {
     field: "filter.steady",
     title: "Steady",
-    help: "How many volumes are averaged where nothing moves",
+    help: "Averages the surface over this many volumes, aligned, where nothing moves by itself: hold the probe still",
     unit: "volumes",
     range: [1, 8],
     toField: (volumes) => tidy(1 - 1 / volumes),
@@ -166,8 +166,9 @@ export class QuickSettings {
     // What is measured is shown as in the advanced settings.
     const shown = isAuto ? tenths(inForce) : Math.round(quick.toShown(inForce));
     slider.value = String(shown);
+    const unit = shown === 1 ? quick.unit.replace(/s$/, "") : quick.unit; // 1 volume
     const isOff = quick.range !== undefined && value === 0;
-    const text = Number.isNaN(value) ? "" : isOff ? "off" : `${shown}${quick.unit && ` ${quick.unit}`}`;
+    const text = Number.isNaN(value) ? "" : isOff ? "off" : `${quick.range ? "up to " : ""}${shown}${unit && ` ${unit}`}`;
     const busy = this.changing === row;
     output.textContent = busy ? `${text}, rendering …` : text;
     output.classList.toggle("busy", busy);

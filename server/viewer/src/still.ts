@@ -11,7 +11,7 @@ export interface StillFacts {
   volumeId: bigint;
   /** undefined where it is not known. */
   captured: Date | undefined;
-  /** What is said in the foot: depths, cuts. */
+  /** What is said in the foot: depths, cuts, volumes that were averaged. */
   said: string;
   /** One line each. */
   measurements: readonly string[];
