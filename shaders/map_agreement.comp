@@ -2,7 +2,9 @@
 // Pass 2, temporal filter, step 4: how much the earlier depth map is worth in each cell
 // (renderer/ALGORITHM.md, pass 2). The differences of a cell are noise, or motion. Two figures of a cell's
 // neighbourhood tell them apart: the mean square of 3 x 3 cells, and what the best shift of 7 x 7 cells
-// explains. Half of the cells have no more than noise gives, whatever the grain of the speckle. One group.
+// explains. What noise gives is their median over the picture, whatever the grain of the speckle; but where
+// most of the picture moves, what the roughness of the differences allows: motion is smooth from cell to
+// cell, noise is not. One group.
 //
 // Reads: alignment.differences, alignment.slopes.
 // Writes: alignment.figures, each invocation its own; alignment.doubt.
@@ -33,13 +35,17 @@ const vec2 kChance = vec2(8.0, 6.0);
 // No mean is worth this: it starts again.
 const float kNothing = 1e3;
 
-// Mean squares of cells, mm^2, above which the whole picture moves, and not as one body.
-const float kMostNoise = 0.25;
+// Cells from one to those that it is compared with, for the roughness: beyond the grain of usual speckle.
+const int kApart = 2;
+// The median of the square of (a cell - the mean of four), for noise of variance 1 and independent cells.
+const float kRoughness = 0.455 * 1.25;
+// Of noise with that roughness the figures' medians are at most this many variances (renderer/RESULTS.md).
+const vec2 kMostByNoise = vec2(3.2, 5.0);
 
-shared float counts[2 * kThreads];
-// Logarithms (base 2) of the two medians, and their limits.
-shared vec2 least;
-shared vec2 most;
+shared vec3 counts[kThreads];
+// Limits of the logarithms (base 2) of the medians.
+shared vec3 least;
+shared vec3 most;
 
 // The weighted sum of squares that the best shift explains.
 float explained(vec3 diagonal, vec3 mixed, vec3 side) {
@@ -62,8 +68,26 @@ int number_of(int cell) {
   return row * FANLIGHT_MAP_CELLS + cell - row * steady.now.cells_across;
 }
 
-// The two figures; negative where the cell does not say anything.
-vec2 figures_at(ivec2 cell) {
+// The square of the difference between a cell and the mean of four; negative where one of them is unknown.
+float roughness_at(ivec2 cell) {
+  ivec2 last = ivec2(steady.now.cells_across, steady.now.cells_down) - 1;
+  int number = cell.y * FANLIGHT_MAP_CELLS + cell.x;
+  bool inside =
+      cell.x >= kApart && cell.y >= kApart && cell.x + kApart <= last.x && cell.y + kApart <= last.y;
+  int across = inside ? kApart : 0;
+  int down = inside ? kApart * FANLIGHT_MAP_CELLS : 0;
+  vec2 here = alignment.differences[number];
+  vec2 left = alignment.differences[number - across];
+  vec2 right = alignment.differences[number + across];
+  vec2 above = alignment.differences[number - down];
+  vec2 below = alignment.differences[number + down];
+  float away = here.x - 0.25 * (left.x + right.x + above.x + below.x);
+  bool known = inside && min(min(left.y, right.y), min(above.y, below.y)) > 0.0;
+  return known ? here.y * away * away : -1.0;
+}
+
+// The two figures and the roughness; negative where the cell does not say anything.
+vec3 figures_at(ivec2 cell) {
   ivec2 last = ivec2(steady.now.cells_across, steady.now.cells_down) - 1;
   float squares = 0.0;
   float near_weights = 0.0;
@@ -86,34 +110,33 @@ vec2 figures_at(ivec2 cell) {
     }
   }
   bool known = alignment.differences[cell.y * FANLIGHT_MAP_CELLS + cell.x].y > 0.0;
-  return known ? vec2(squares / near_weights, explained(diagonal, mixed, side)) : vec2(-1.0);
+  return known ? vec3(squares / near_weights, explained(diagonal, mixed, side), roughness_at(cell))
+               : vec3(-1.0);
 }
 
-// The medians of the figures, to least.
+// The medians of the figures, to least. kLeastLog where none is known.
 void find_medians(int thread, int cells) {
   if (thread == 0) {
-    least = vec2(kLeastLog);
-    most = vec2(kMostLog);
+    least = vec3(kLeastLog);
+    most = vec3(kMostLog);
   }
   barrier();
   for (int round = 0; round < kRounds; ++round) {
-    vec2 tried = exp2(0.5 * (least + most));
-    vec2 above = vec2(0.0);
+    vec3 tried = exp2(0.5 * (least + most));
+    vec3 above = vec3(0.0);
     for (int cell = thread; cell < cells; cell += kThreads) {
-      vec2 figures = alignment.figures[number_of(cell)];
-      above += figures.x >= 0.0 ? 2.0 * step(tried, figures) - 1.0 : vec2(0.0);
+      vec3 figures = alignment.figures[number_of(cell)];
+      above += step(0.0, figures) * (2.0 * step(tried, figures) - 1.0);
     }
-    counts[2 * thread] = above.x;
-    counts[2 * thread + 1] = above.y;
+    counts[thread] = above;
     barrier();
     if (thread == 0) {
-      vec2 total = vec2(0.0);
-      for (int each = 0; each < kThreads; ++each) total += vec2(counts[2 * each], counts[2 * each + 1]);
-      vec2 middle = 0.5 * (least + most);
-      least.x = total.x > 0.0 ? middle.x : least.x;
-      least.y = total.y > 0.0 ? middle.y : least.y;
-      most.x = total.x > 0.0 ? most.x : middle.x;
-      most.y = total.y > 0.0 ? most.y : middle.y;
+      vec3 total = vec3(0.0);
+      for (int each = 0; each < kThreads; ++each) total += counts[each];
+      vec3 is_above = step(0.5, total);
+      vec3 middle = 0.5 * (least + most);
+      least += is_above * (middle - least);
+      most += (1.0 - is_above) * (middle - most);
     }
     barrier();
   }
@@ -127,11 +150,12 @@ void main() {
     alignment.figures[number_of(cell)] = figures_at(ivec2(cell - row * steady.now.cells_across, row));
   }
   find_medians(thread, cells);
-  vec2 noise = exp2(least);
-  noise *= min(kMostNoise / noise.x, 1.0);
+  vec2 noise = exp2(least.xy);
+  bool is_rough = least.z > kLeastLog;
+  if (is_rough) noise = min(noise, kMostByNoise * exp2(least.z) / kRoughness);
   for (int cell = thread; cell < cells; cell += kThreads) {
-    vec2 figures = alignment.figures[number_of(cell)];
-    vec2 excess = max(figures / noise - kChance, 0.0);
+    vec3 figures = alignment.figures[number_of(cell)];
+    vec2 excess = max(figures.xy / noise - kChance, 0.0);
     alignment.doubt[number_of(cell)] = figures.x >= 0.0 ? excess.x + excess.y : kNothing;
   }
 }

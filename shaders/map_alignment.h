@@ -24,9 +24,9 @@ FANLIGHT_SHADER_STRUCT(MapAlignment) {
   vec2 slopes[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
   // mm along the rays of `now` for each mm along those of `earlier`.
   float stretch[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
-  // map_agreement.comp, for each cell of `now`: its two figures; and what is added to 1 / volumes of the
-  // earlier map, as its mean may be that of another place.
-  vec2 figures[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
+  // map_agreement.comp, for each cell of `now`: its two figures and the roughness; and what is added to 1 /
+  // volumes of the earlier map, as its mean may be that of another place.
+  vec3 figures[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
   float doubt[FANLIGHT_MAP_CELLS * FANLIGHT_MAP_CELLS];
 }
 FANLIGHT_SHADER_STRUCT_END

@@ -20,6 +20,8 @@ constexpr int kMostCells = 64;
 // Depths that differ by more are of two surfaces, mm: of pixels, and of cells.
 constexpr double kMostApartMm = 2.5;
 constexpr double kMostCellsApartMm = 8;
+// Of the figures of map_agreement.comp.
+constexpr double kLeastMedian = 0x1p-16;
 
 /// Where the pixels of a map lie: to the right, down and in depth, as its view sees them.
 struct SteadyFrame {
@@ -281,7 +283,7 @@ class CellAgreements {
   const CellAgreement& at(int x, int y) const { return cells_[static_cast<std::size_t>(y) * kMostCells + x]; }
 
   void find_doubts() {
-    std::vector<glm::dvec2> figures;
+    std::vector<glm::dvec3> figures;
     std::vector<CellAgreement*> known;
     for (int y = 0; y < frame_.down; ++y) {
       for (int x = 0; x < frame_.across; ++x) {
@@ -291,9 +293,10 @@ class CellAgreements {
       }
     }
     if (known.empty()) return;
-    const double all_squares = median(figures, 0);
-    const double squares = std::min(all_squares, 0.25);  // more is motion
-    const double explained = median(figures, 1) * squares / all_squares;
+    const double roughness = median(figures, 2) / (0.455 * 1.25);
+    const bool is_rough = roughness > 2 * kLeastMedian;
+    const double squares = std::min(median(figures, 0), is_rough ? 3.2 * roughness : HUGE_VAL);
+    const double explained = std::min(median(figures, 1), is_rough ? 5 * roughness : HUGE_VAL);
     for (std::size_t cell = 0; cell < known.size(); ++cell) {
       known[cell]->doubt =
           std::max(figures[cell].x / squares - 8, 0.0) + std::max(figures[cell].y / explained - 6, 0.0);
@@ -318,14 +321,28 @@ class CellAgreements {
 
  private:
   /// The middle of a range of logarithms that is halved 16 times, and not below 2^-16.
-  static double median(const std::vector<glm::dvec2>& figures, int which) {
+  static double median(const std::vector<glm::dvec3>& figures, int which) {
     std::vector<double> values;
-    for (const glm::dvec2& each : figures) values.push_back(each[which]);
+    for (const glm::dvec3& each : figures) {
+      if (each[which] >= 0) values.push_back(each[which]);
+    }
+    if (values.empty()) return kLeastMedian;
     std::ranges::sort(values);
-    return std::max(values[values.size() / 2], std::exp2(-16.0));
+    return std::max(values[values.size() / 2], kLeastMedian);
   }
 
-  glm::dvec2 figures_at(int x, int y) const {
+  double roughness_at(int x, int y) const {
+    if (x < 2 || y < 2 || x + 2 >= frame_.across || y + 2 >= frame_.down) return -1;
+    double mean = 0;
+    for (const CellAgreement* const cell : {&at(x - 2, y), &at(x + 2, y), &at(x, y - 2), &at(x, y + 2)}) {
+      if (cell->weight == 0) return -1;
+      mean += cell->difference_mm / 4;
+    }
+    const double away = at(x, y).difference_mm - mean;
+    return at(x, y).weight * away * away;
+  }
+
+  glm::dvec3 figures_at(int x, int y) const {
     double squares = 0;
     double near_weights = 0;
     std::array<std::array<double, 3>, 3> matrix{};
@@ -348,7 +365,8 @@ class CellAgreements {
     const double damping = 0.01 * matrix[2][2];
     for (std::size_t each = 0; each < 3; ++each) matrix[each][each] += damping;
     const auto shift = solved(matrix, side);
-    return {squares / near_weights, side[0] * shift[0] + side[1] * shift[1] + side[2] * shift[2]};
+    return {squares / near_weights, side[0] * shift[0] + side[1] * shift[1] + side[2] * shift[2],
+            roughness_at(x, y)};
   }
 
   const SteadyFrame& frame_;

@@ -168,7 +168,11 @@ export class QuickSettings {
     slider.value = String(shown);
     const unit = shown === 1 ? quick.unit.replace(/s$/, "") : quick.unit; // 1 volume
     const isOff = quick.range !== undefined && value === 0;
-    const text = Number.isNaN(value) ? "" : isOff ? "off" : `${quick.range ? "up to " : ""}${shown}${unit && ` ${unit}`}`;
+    const text = Number.isNaN(value)
+      ? ""
+      : isOff
+        ? "off"
+        : `${quick.range ? "up to " : ""}${shown}${unit && ` ${unit}`}`;
     const busy = this.changing === row;
     output.textContent = busy ? `${text}, rendering …` : text;
     output.classList.toggle("busy", busy);
