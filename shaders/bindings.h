@@ -10,7 +10,7 @@
 #define FANLIGHT_BINDING_CAST_PARAMETERS 0
 #define FANLIGHT_BINDING_LIGHT_PARAMETERS 1
 #define FANLIGHT_BINDING_NEAR_TISSUE 36
-#define FANLIGHT_BINDING_STEADY_PARAMETERS 39
+#define FANLIGHT_BINDING_STEADY_PARAMETERS 38
 
 // The volume, as passes 0 and 1 read it. Frames are in order of ascending angle.
 // 3D texture: column, row, frame.
@@ -39,8 +39,6 @@
 #define FANLIGHT_BINDING_EARLIER_MAP 11
 // vec2 a pixel: the steady map: depth after the temporal filter, mm, and the number of volumes in it.
 #define FANLIGHT_BINDING_STEADY_MAP 12
-// MapAlignment (map_alignment.h).
-#define FANLIGHT_BINDING_MAP_ALIGNMENT 38
 // float a pixel: the same without islands, mm.
 #define FANLIGHT_BINDING_CLEANED 13
 // float a pixel: the same with holes filled, mm.
@@ -49,6 +47,9 @@
 #define FANLIGHT_BINDING_WEIGHTS 15
 // uvec2 or vec2 a pixel: the intermediate result of the depth filter, after the rows.
 #define FANLIGHT_BINDING_ROW_SUMS 16
+// The same buffer before that: MapAlignment (map_alignment.h). Some drivers have no more than 30 storage
+// buffers.
+#define FANLIGHT_BINDING_MAP_ALIGNMENT FANLIGHT_BINDING_ROW_SUMS
 // float a pixel: the filtered depth map, mm.
 #define FANLIGHT_BINDING_SMOOTH_DEPTH 17
 // Four half floats a pixel: the picture of pass 2.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/passes/light_memory.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "renderer/passes/pixel_rect.hpp"
@@ -25,13 +26,13 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
       {"steady_parameters", &made.steady_parameters, sizeof(shaders::SteadyParameters),
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
-      {"alignment", &made.alignment, sizeof(shaders::MapAlignment), kStorage},
       {"steady", &made.steady, pixels * sizeof(glm::vec2), kStorage, steady_place},
       {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage},
       {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage},
       {"filled", &made.filled, pixels * sizeof(float), kStorage},
       {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage},
-      {"row_sums", &made.row_sums, pixels * sizeof(glm::uvec2), kStorage},
+      {"row_sums", &made.row_sums, std::max(pixels * sizeof(glm::uvec2), sizeof(shaders::MapAlignment)),
+       kStorage},
       {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead},
       {"map_totals", &made.map_totals, sizeof(shaders::MapTotals), kFilled | kRead},
       {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage},
@@ -52,7 +53,6 @@ void LightMemory::write_to(const DescriptorSets& descriptors) const {
   const std::pair<std::uint32_t, const GpuBuffer*> buffers[] = {
       {FANLIGHT_BINDING_LIGHT_PARAMETERS, &parameters},
       {FANLIGHT_BINDING_STEADY_PARAMETERS, &steady_parameters},
-      {FANLIGHT_BINDING_MAP_ALIGNMENT, &alignment},
       {FANLIGHT_BINDING_EARLIER_MAP, &steady},
       {FANLIGHT_BINDING_STEADY_MAP, &steady},
       // The depth map without islands is stored where the filtered one will be.

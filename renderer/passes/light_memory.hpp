@@ -20,13 +20,12 @@ struct LightMemory {
   GpuBuffer parameters;         ///< shaders::LightParameters, written by the host
   GpuBuffer steady_parameters;  ///< shaders::SteadyParameters, written by the host
   // Pass 2.
-  GpuBuffer alignment;  ///< shaders::MapAlignment
-  GpuBuffer steady;     ///< the temporally filtered depth map: vec2 a pixel, depth and volumes
+  GpuBuffer steady;  ///< the temporally filtered depth map: vec2 a pixel, depth and volumes
   GpuBuffer tile_depths;
   GpuBuffer uneven;
   GpuBuffer filled;
   GpuBuffer weights;
-  GpuBuffer row_sums;  ///< later pass 2's picture
+  GpuBuffer row_sums;  ///< before shaders::MapAlignment, later pass 2's picture
   GpuBuffer smooth_depth;
   GpuBuffer map_totals;  ///< shaders::MapTotals
   // Pass 3.
