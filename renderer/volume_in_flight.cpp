@@ -221,6 +221,7 @@ bool VolumeInFlight::replace(const QueuedFrame& frame, std::uint32_t frame_index
     update_angles();
   }
   volume_.last_frame_sequence = frame.stamp.sequence;
+  volume_.last_recorded_number = frame.stamp.number_in_recording();
   volume_.last_capture_time_ns = frame.stamp.capture_time_ns;
   return true;
 }

@@ -136,6 +136,8 @@ struct FrameText {
   std::string text;
   std::uint64_t frames = 0;
   double duration_s = 0;
+  std::uint64_t first_sequence = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t last_sequence = 0;
 };
 
 FrameText frame_text(const std::vector<Piece>& pieces) {
@@ -144,8 +146,11 @@ FrameText frame_text(const std::vector<Piece>& pieces) {
   const std::int64_t first_ns = front.segment.frames[front.first].stamp.capture_time_ns;
   for (const Piece& piece : pieces) {
     for (std::uint64_t i = 0; i < piece.frames; ++i) {
-      all.duration_s = add_plus_frame(all.text, all.frames++, front.segment.facts,
-                                      piece.segment.frames[piece.first + i], first_ns, all.duration_s);
+      const RecordedFrame& frame = piece.segment.frames[piece.first + i];
+      all.duration_s =
+          add_plus_frame(all.text, all.frames++, front.segment.facts, frame, first_ns, all.duration_s);
+      all.first_sequence = std::min(all.first_sequence, frame.stamp.sequence);
+      all.last_sequence = std::max(all.last_sequence, frame.stamp.sequence);
     }
   }
   return all;
@@ -332,6 +337,8 @@ Result<FinishedRecording> finish_recording(const std::vector<SegmentPaths>& segm
   const FrameText frames = frame_text(*pieces);
   finished.frames = frames.frames;
   finished.duration_s = frames.duration_s;
+  finished.first_sequence = frames.first_sequence;
+  finished.last_sequence = frames.last_sequence;
   progress.bytes_in_all = frames.frames * pieces->front().frame_bytes();
   const auto bytes = one_file(path) ? write_joined(*pieces, frames, path, options.form, progress, stop)
                                     : write_pair(*pieces, frames, path, options.form, progress, stop);

@@ -36,6 +36,8 @@ struct FinishedRecording {
   std::uint64_t frames_lost = 0;     ///< not in it: only a part of what belongs to them was on the disk
   std::uint64_t bytes = 0;           ///< of the file, or of both files
   double duration_s = 0;
+  std::uint64_t first_sequence = 0;  ///< smallest FrameStamp::sequence in it
+  std::uint64_t last_sequence = 0;   ///< and greatest
 };
 
 /// Writes the PLUS sequence `path` from segments, which all have the same facts but for the time, and the

@@ -263,6 +263,8 @@ bool Recorder::write(const QueuedFrame& frame) {
   if (!first_time_ns_) first_time_ns_ = record.stamp.capture_time_ns;
   last_time_ns_ = std::max(last_time_ns_, record.stamp.capture_time_ns);
   ++frames_;
+  file_first_sequence_ =
+      std::min(frames_in_file_ == 0 ? record.stamp.sequence : file_first_sequence_, record.stamp.sequence);
   ++frames_in_file_;
   bytes_ += geometry_.frame_bytes();
   if (is_ring()) next_segment();
@@ -432,6 +434,8 @@ void Recorder::tell(const RecordingFinisher::Outcome& outcome) {
     finished_.last_frames = result->frames;
     finished_.last_bytes = result->bytes;
     finished_.last_duration_s = result->duration_s;
+    finished_.last_file_first_sequence = result->first_sequence;
+    finished_.last_file_last_sequence = result->last_sequence;
   } else {
     finished_.last_trouble = result.error().message;
   }
@@ -464,6 +468,7 @@ void Recorder::publish_status() {
     status.finish_share = finisher_.share();
   }
   status.frames = frames_;
+  status.first_sequence = frames_in_file_ > 0 ? file_first_sequence_ : kNoSequence;
   status.bytes = bytes_;
   status.duration_s = first_time_ns_ ? static_cast<double>(last_time_ns_ - *first_time_ns_) * 1e-9 : 0;
   status.frames_missed = tap_.frames_missed() - missed_before_ + not_written_;

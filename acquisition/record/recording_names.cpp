@@ -8,6 +8,7 @@
 
 #include "acquisition/record/segment_paths.hpp"
 #include "acquisition/source/printable.hpp"
+#include "proto/model/measurement_file.hpp"
 
 namespace fanlight {
 
@@ -37,7 +38,8 @@ bool is_free_name(const std::filesystem::path& path) {
   pair.replace_extension(".mhd");
   return !there(path) && !there(pair) && !there(pixels_path_of(path, PixelForm::kRaw)) &&
          !there(pixels_path_of(path, PixelForm::kZlib)) && !there(picture_notes_path_of(path)) &&
-         !there(picture_notes_path_of(pair)) && segments_of(path).empty();
+         !there(picture_notes_path_of(pair)) && !there(measurements_path_of(path)) &&
+         !there(measurements_path_of(pair)) && segments_of(path).empty();
 }
 
 bool same_file(const std::filesystem::path& one, const std::filesystem::path& other) {
@@ -51,7 +53,7 @@ Result<void> check_free_name(const std::filesystem::path& path) {
   return Error{
       ErrorCode::kInvalidArgument,
       fmt::format("{} exists already, or a file that belongs to it (.mhd, .raw, .zraw, .pictures.jsonl, "
-                  ".rec-0001), expected a name that is free",
+                  ".measurements.json, .rec-0001), expected a name that is free",
                   shown(path))};
 }
 

@@ -156,6 +156,8 @@ void ReplaySource::take(const ReplayOrder& order) {
       return step(order.sweeps);
     case Wish::kSeek:
       return seek(order.time_s);
+    case Wish::kFrame:
+      return show_frame(order.number);
     case Wish::kSpeed:
       anchored_ = false;
       speed_ = order.speed;
@@ -211,6 +213,19 @@ void ReplaySource::seek(double time_s) {
   const bool shows_one = state_ != State::kPlaying || rest_after_;
   jump_to_sweep(sweep);
   if (shows_one) rest_after_sweep(sweep);
+  state_ = State::kPlaying;
+}
+
+void ReplaySource::show_frame(std::uint64_t number) {
+  std::uint64_t index = number;
+  if (const RecordedStream* const stream = recording_.stream()) {
+    const auto found = std::ranges::find_if(
+        stream->frames, [number](const RecordedFrame& frame) { return frame.stamp.sequence >= number; });
+    index = static_cast<std::uint64_t>(found - stream->frames.begin());
+  }
+  const std::uint32_t sweep = recording_.frames()[std::min<std::uint64_t>(index, frames() - 1)].sweep;
+  jump_to_sweep(sweep);
+  rest_after_sweep(sweep);
   state_ = State::kPlaying;
 }
 
@@ -324,6 +339,8 @@ void ReplaySource::wait_for_order(const std::stop_token& stop) {
 FrameStamp ReplaySource::next_stamp() {
   if (jumped_) renumber();
   FrameStamp stamped = repeats_stamps() ? recorded_stamp() : stamp();
+  stamped.recorded_number =
+      recording_.stream() != nullptr ? recording_.stream()->frames[current_].stamp.sequence : current_;
   stamped.after_interruption |= std::exchange(jumped_, false);
   next_sequence_ = std::max(next_sequence_, stamped.sequence + 1);
   next_volume_ = std::max(next_volume_, stamped.volume_index + 1);

@@ -83,6 +83,7 @@ class ReplaySource final : public FrameSource {
   void play();
   void step(std::int32_t sweeps);
   void seek(double time_s);
+  void show_frame(std::uint64_t number);
   void jump_to_sweep(std::uint32_t sweep);
   void rest_after_sweep(std::uint32_t sweep);
   void begin_pass(bool backward);

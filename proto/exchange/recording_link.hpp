@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -34,6 +35,8 @@ struct RecordingOrder {
   double ring_s = 0;             ///< keeps only the last seconds; 0: all
 };
 
+inline constexpr std::uint64_t kNoSequence = std::numeric_limits<std::uint64_t>::max();
+
 /// State of a recorder, for people and programs.
 struct RecordingStatus {
   enum class State : std::uint8_t {
@@ -49,6 +52,8 @@ struct RecordingStatus {
   std::uint64_t frames = 0;      ///< of it
   std::uint64_t bytes = 0;
   double duration_s = 0;
+  /// Smallest FrameStamp::sequence in `file`; kNoSequence: it has no frame yet.
+  std::uint64_t first_sequence = kNoSequence;
   std::uint64_t frames_missed =
       0;                          ///< frames that the recorder had no room for, in its memory or on the disk
   double finish_share = 0;        ///< 0 to 1, while the state is kFinishing
@@ -61,6 +66,8 @@ struct RecordingStatus {
   std::uint64_t last_frames = 0;
   std::uint64_t last_bytes = 0;
   double last_duration_s = 0;
+  std::uint64_t last_file_first_sequence = 0;  ///< smallest and greatest FrameStamp::sequence in it
+  std::uint64_t last_file_last_sequence = 0;
   std::string last_trouble;  ///< why the newest could not be finished; its parts stay next to its name
 };
 

@@ -24,13 +24,15 @@ struct ReplayOrder {
     kPause,   ///< at once, also within a sweep
     kStep,    ///< plays `sweeps` further, then pauses; negative: that many sweeps back
     kSeek,    ///< continues with the sweep at `time_s`; where it is paused, plays that sweep and pauses
+    kFrame,   ///< plays the sweep of the frame with this `number`, then pauses
     kSpeed,   ///< continues with `speed`
     kEnding,  ///< changes what follows the last frame
   };
   Wish wish = Wish::kPlay;
   std::int32_t sweeps = 1;
-  double time_s = 0;  ///< since the first frame; beyond the recording: its nearer end
-  double speed = 1;   ///< kLeastReplaySpeed to kMostReplaySpeed
+  std::uint64_t number = 0;  ///< FrameStamp::number_in_recording(); none has it: the next one that there is
+  double time_s = 0;         ///< since the first frame; beyond the recording: its nearer end
+  double speed = 1;          ///< kLeastReplaySpeed to kMostReplaySpeed
   ReplayEnding ending = ReplayEnding::kOnce;
 };
 

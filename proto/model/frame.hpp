@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace fanlight {
 
@@ -24,6 +25,11 @@ struct FrameStamp {
   /// Counts the frames committed by the assembler, from 1. Unique in a process, which has one assembler. 0:
   /// not known; sources leave it 0.
   std::uint64_t commit_number = 0;
+  /// Its number in the recording that is played, the same in each pass; absent: no recording is played.
+  std::optional<std::uint64_t> recorded_number{};
+
+  /// A number by which a recording of the source, and a replay of it, know the frame.
+  std::uint64_t number_in_recording() const { return recorded_number.value_or(sequence); }
 };
 
 /// Reason why a received frame is unusable; selects its counter.

@@ -21,6 +21,9 @@ struct VolumeStamp {
   std::uint64_t source_volume_index = 0;  ///< the source's own number of the sweep
   std::uint64_t first_frame_sequence = 0;
   std::uint64_t last_frame_sequence = 0;
+  /// FrameStamp::number_in_recording() of these two frames: in a backward pass the first one is greater.
+  std::uint64_t first_recorded_number = 0;
+  std::uint64_t last_recorded_number = 0;
   std::uint32_t frames = 0;
   std::uint32_t frames_missing =
       0;                   ///< lost between others; the renderer interpolates between their neighbours
@@ -83,12 +86,14 @@ class Volume {
     if (stamp_.frames == 0) {
       stamp_.source_volume_index = frame.volume_index;
       stamp_.direction = frame.direction;
-      stamp_.first_frame_sequence = frame.sequence;
       stamp_.first_capture_time_ns = frame.capture_time_ns;
     }
-    stamp_.first_frame_sequence = std::min(stamp_.first_frame_sequence, frame.sequence);
+    if (stamp_.frames == 0 || frame.sequence < stamp_.first_frame_sequence) {
+      stamp_.first_frame_sequence = frame.sequence;
+      stamp_.first_recorded_number = frame.number_in_recording();
+    }
+    if (stamp_.frames == 0 || frame.sequence > stamp_.last_frame_sequence) set_last_number(frame);
     stamp_.first_capture_time_ns = std::min(stamp_.first_capture_time_ns, frame.capture_time_ns);
-    stamp_.last_frame_sequence = std::max(stamp_.last_frame_sequence, frame.sequence);
     stamp_.last_capture_time_ns = std::max(stamp_.last_capture_time_ns, frame.capture_time_ns);
     angles_rad_[stamp_.frames] = frame.angle_rad;
     commit_numbers_[stamp_.frames] = frame.commit_number;
@@ -99,7 +104,7 @@ class Volume {
   /// capture.
   void keep_first(std::uint32_t frames, const FrameStamp& last) {
     stamp_.frames = frames;
-    stamp_.last_frame_sequence = last.sequence;
+    set_last_number(last);
     stamp_.last_capture_time_ns = last.capture_time_ns;
   }
 
@@ -116,8 +121,9 @@ class Volume {
   /// Sets the stamp's times and sequence numbers: those of its first and last frame in order of capture.
   void set_span(const FrameStamp& first, const FrameStamp& last) {
     stamp_.first_frame_sequence = first.sequence;
+    stamp_.first_recorded_number = first.number_in_recording();
     stamp_.first_capture_time_ns = first.capture_time_ns;
-    stamp_.last_frame_sequence = last.sequence;
+    set_last_number(last);
     stamp_.last_capture_time_ns = last.capture_time_ns;
   }
 
@@ -158,6 +164,11 @@ class Volume {
   std::uint64_t capacity_bytes() const { return capacity_bytes_; }
 
  private:
+  void set_last_number(const FrameStamp& last) {
+    stamp_.last_frame_sequence = last.sequence;
+    stamp_.last_recorded_number = last.number_in_recording();
+  }
+
   FanGeometry geometry_;
   std::uint32_t frame_capacity_;
   std::uint64_t capacity_bytes_;

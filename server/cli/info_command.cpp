@@ -20,6 +20,7 @@
 #include "server/cli/commands.hpp"
 #include "server/cli/frames_plot.hpp"
 #include "server/cli/json_text.hpp"
+#include "server/cli/measurement_report.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/cli/recording_report.hpp"
 #include "server/cli/serve_report.hpp"
@@ -205,9 +206,10 @@ Result<void> print_recording(const InfoOptions& options) {
   if (options.json) {
     auto json = recording_json(*recording);
     add_sweeps(json, *sweeps);
+    add_measurements(json, options.file);
     fmt::print("{}\n", json_text(json, 1));
   } else {
-    fmt::print("{}{}", recording_text(*recording), sweep_text(*sweeps));
+    fmt::print("{}{}{}", recording_text(*recording), sweep_text(*sweeps), measurement_text(options.file));
   }
   return write_pictures(options, nullptr, &*recording);
 }

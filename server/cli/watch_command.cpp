@@ -269,8 +269,8 @@ void add_change_options(CLI::App& command, WatchOptions& options) {
       ->type_name("NAME=VALUE");
   command
       .add_option("--replay", options.replay,
-                  "Control playback: play, pause, step=SWEEPS, seek=SECONDS, speed=FACTOR or "
-                  "ending=once, loop, to-and-fro; can be repeated")
+                  "Control playback: play, pause, step=SWEEPS, seek=SECONDS, frame=NUMBER, speed=FACTOR "
+                  "or ending=once, loop, to-and-fro; can be repeated")
       ->type_name("WISH");
   command.add_flag("--own-view", options.own_view,
                    "Change only the view of this display: its light, filters or camera");

@@ -53,6 +53,10 @@ struct ControlCine {
 struct ChangePresets {
   v1::PresetRequest request;
 };
+/// Keeps a measurement, or renames or removes one.
+struct ChangeMeasurements {
+  v1::MeasurementRequest request;
+};
 /// Starts or stops the pictures to the RTP receiver.
 struct ControlRelay {
   bool sends = false;
@@ -66,9 +70,9 @@ struct ChangeControl {
   std::uint64_t to_session = 0;  ///< GRANT: to whom
 };
 
-using ClientCommand =
-    std::variant<ChangeScene, ChangeView, LeaveView, ChangeProbe, FindSurface, MeasureFluid, ControlRecorder,
-                 ControlReplay, ControlCine, ChangePresets, ControlRelay, SendStill, ChangeControl>;
+using ClientCommand = std::variant<ChangeScene, ChangeView, LeaveView, ChangeProbe, FindSurface, MeasureFluid,
+                                   ControlRecorder, ControlReplay, ControlCine, ChangePresets,
+                                   ChangeMeasurements, ControlRelay, SendStill, ChangeControl>;
 
 /// Who asks. Both must outlive the answer, or CommandExecutor::forget().
 struct Requester {

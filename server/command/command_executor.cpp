@@ -30,6 +30,26 @@ CommandResult result_of(const Result<void>& done) {
   return done ? CommandResult() : refusal(done.error());
 }
 
+/// Without names and values, which may be a patient's.
+json measurement_details(const v1::MeasurementRequest& request) {
+  const auto hex = [](std::uint64_t id) { return fmt::format("{:x}", id); };
+  switch (request.wish_case()) {
+    case v1::MeasurementRequest::kAdd: {
+      const std::string kind = v1::Measurement::Kind_Name(request.add().kind());
+      return {{"wish", "add"}, {"kind", kind}, {"id", hex(request.add().id())}};
+    }
+    case v1::MeasurementRequest::kRename:
+      return {{"wish", "rename"}, {"id", hex(request.rename().id())}};
+    case v1::MeasurementRequest::kRemove:
+      return {{"wish", "remove"}, {"id", hex(request.remove())}};
+    case v1::MeasurementRequest::kRemoveAll:
+      return {{"wish", "remove_all"}};
+    case v1::MeasurementRequest::WISH_NOT_SET:
+      break;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 CommandResult CommandExecutor::permission(const CommandRule& rule, const Requester& who) const {
@@ -108,6 +128,8 @@ json CommandExecutor::details(const ClientCommand& command, const CommandResult&
     const bool removes = request.has_remove();
     return {{removes ? "remove" : "save", printable(removes ? request.remove() : request.save().name())}};
   }
+  if (const auto* measurements = std::get_if<ChangeMeasurements>(&command))
+    return measurement_details(measurements->request);
   if (const auto* relay = std::get_if<ControlRelay>(&command)) {
     return {{"wish", relay->sends ? "start" : "stop"},
             {"to", state_.relay != nullptr ? state_.relay->to() : ""}};
@@ -222,6 +244,12 @@ CommandExecutor::Outcome CommandExecutor::apply(const ChangePresets& command, co
       state_.presets.request(command.request, scene_message(state_.scene_store.in_force().scene), author);
   if (!done) return {.result = refusal(done.error())};
   return {.notice = Notice::kPresets};
+}
+
+CommandExecutor::Outcome CommandExecutor::apply(const ChangeMeasurements& command, const Requester& /*who*/) {
+  const auto done = state_.measurements.request(command.request);
+  if (!done) return {.result = refusal(done.error())};
+  return {.notice = Notice::kMeasurements};
 }
 
 CommandExecutor::Outcome CommandExecutor::apply(const ControlRelay& command, const Requester& /*who*/) {

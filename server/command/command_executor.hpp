@@ -84,6 +84,7 @@ class CommandExecutor {
   Outcome apply(const ControlReplay& command, const Requester& who);
   Outcome apply(const ControlCine& command, const Requester& who);
   Outcome apply(const ChangePresets& command, const Requester& who);
+  Outcome apply(const ChangeMeasurements& command, const Requester& who);
   Outcome apply(const ControlRelay& command, const Requester& who);
   Outcome apply(const SendStill& command, const Requester& who);
   Outcome apply(const ChangeControl& command, const Requester& who);

@@ -11,6 +11,8 @@ namespace {
 constexpr const char* kChangeRefusal =
     "this session is a viewer's, expected an operator's or an admin's for a change";
 constexpr const char* kPresetRefusal = "a viewer saves no presets, expected the role of an operator";
+constexpr const char* kMeasurementRefusal =
+    "a viewer's measurements stay on its page, expected the role of an operator to keep one on the server";
 constexpr const char* kArchiveRefusal =
     "a viewer sends nothing to the archive, expected the role of an operator";
 constexpr const char* kRelayRefusal = "the pictures leave the room by this, expected the role of an admin";
@@ -42,6 +44,8 @@ constexpr auto kRules = std::to_array<CommandRule>({
     {"cine", Role::kOperator, kChangeRefusal, kAnyClient, Control::kFree, &Counters::cine_refusals, nullptr},
     {"preset", Role::kOperator, kPresetRefusal, kAnyClient, Control::kNone, &Counters::preset_refusals,
      nullptr},
+    {"measurement", Role::kOperator, kMeasurementRefusal, kAnyClient, Control::kNone,
+     &Counters::measurement_refusals, nullptr},
     {"rtp", Role::kAdmin, kRelayRefusal, kAnyClient, Control::kNone, &Counters::rtp_refusals, nullptr},
     {"archive", Role::kOperator, kArchiveRefusal, kAnyClient, Control::kNone, &Counters::archive_refusals,
      nullptr},

@@ -2,6 +2,7 @@
 #include "server/http/rest_api.hpp"
 
 #include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -27,6 +28,13 @@ RestApi::Response no_picture() {
   RestApi::Response response =
       refusal(http::status::service_unavailable, "there is no picture yet, expected a later request");
   response.set(http::field::retry_after, "1");
+  return response;
+}
+
+RestApi::Response json_text(std::string text) {
+  RestApi::Response response(http::status::ok, 11);
+  response.set(http::field::content_type, "application/json");
+  response.body() = std::move(text);
   return response;
 }
 
@@ -97,11 +105,13 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
     http::verb change_verb;
     std::function<Response()> change;
   };
-  const std::array<Route, 7> routes{{
+  const std::array<Route, 8> routes{{
       {"/api/scene", [&] { return scene(); }, http::verb::patch,
        [&] { return change_scene(request, principal); }},
       {"/api/presets", [&] { return presets(); }, http::verb::post,
        [&] { return change_presets(request, principal); }},
+      {"/api/measurements", [&] { return measurements(); }, http::verb::post,
+       [&] { return change_measurements(request, principal); }},
       {"/api/recording", [&] { return recording(); }, http::verb::post,
        [&] { return record(request, principal); }},
       {"/api/replay", [&] { return replay(); }, http::verb::post,
@@ -118,7 +128,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
   if (route == routes.end()) {
     return refusal(http::status::not_found,
                    "there is nothing here, expected /api/scene, /api/picture.png, /api/surface.html, "
-                   "/api/presets, /api/recording, "
+                   "/api/presets, /api/measurements, /api/recording, "
                    "/api/replay, /api/cine, /api/rtp or /api/archive");
   }
   if (request.method() == http::verb::get || request.method() == http::verb::head) return route->read();
@@ -168,10 +178,7 @@ RestApi::Response RestApi::change_scene(const Request& request, const Principal&
 // ---- presets
 
 RestApi::Response RestApi::presets() const {
-  Response response(http::status::ok, 11);
-  response.set(http::field::content_type, "application/json");
-  response.body() = dependencies_.state.presets.json();
-  return response;
+  return json_text(dependencies_.state.presets.json());
 }
 
 RestApi::Response RestApi::change_presets(const Request& request, const Principal& principal) {
@@ -183,6 +190,23 @@ RestApi::Response RestApi::change_presets(const Request& request, const Principa
     return reject(principal, ChangePresets(), wish.error().message, http::status::bad_request, details);
   }
   return execute(principal, ChangePresets{*wish}, [&](const CommandResult&) { return presets(); });
+}
+
+// ---- measurements
+
+RestApi::Response RestApi::measurements() const {
+  return json_text(dependencies_.state.measurements.overview());
+}
+
+RestApi::Response RestApi::change_measurements(const Request& request, const Principal& principal) {
+  ChangeMeasurements command;
+  const auto read = google::protobuf::util::JsonStringToMessage(request.body(), &command.request);
+  if (!read.ok()) {
+    return reject(principal, command,
+                  R"(expected {"add": MEASUREMENT}, {"rename": {"id": ID, "name": NAME}}, {"remove": ID} or )"
+                  R"({"remove_all": true})");
+  }
+  return execute(principal, command, [&](const CommandResult&) { return measurements(); });
 }
 
 // ---- recorder, replay and cine

@@ -93,6 +93,7 @@ class RestApi {
   Response replay() const;
   Response cine() const;
   Response presets() const;
+  Response measurements() const;
   Response relay(const Principal& principal) const;
   Response archive() const;
   Response change_scene(const Request& request, const Principal& principal);
@@ -100,6 +101,7 @@ class RestApi {
   Response control_replay(const Request& request, const Principal& principal);
   Response control_cine(const Request& request, const Principal& principal);
   Response change_presets(const Request& request, const Principal& principal);
+  Response change_measurements(const Request& request, const Principal& principal);
   Response control_relay(const Request& request, const Principal& principal);
   /// Carries out a command. `done`: makes the response where it was not refused.
   Response execute(const Principal& principal, const ClientCommand& command,

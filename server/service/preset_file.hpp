@@ -2,16 +2,13 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <string>
 
+#include "server/service/saved_file.hpp"
 #include "server/state/preset_store.hpp"
-#include "server/stream/picture_hub.hpp"
 
 namespace fanlight {
 
-/// The file in which presets are kept. Written on a thread of the encoders, at most once at a time. Server
-/// thread only.
+/// The file in which presets are kept. Server thread only.
 class PresetFile {
  public:
   /// `path` empty: presets are kept until the end only. `presets` must outlive this object, and no work may
@@ -23,20 +20,17 @@ class PresetFile {
   void load();
 
   /// The presets have changed: writes them soon.
-  void presets_changed();
+  void presets_changed() {
+    if (!path_.empty()) file_.changed();
+  }
 
   /// Writes at once what is not written yet: the server ends.
-  void finish();
+  void finish() { file_.finish(); }
 
  private:
-  void write();
-  bool save(const std::string& text) const;
-
   std::filesystem::path path_;
   PresetStore& presets_;
-  Executor executor_;
-  bool writing_ = false;
-  bool unwritten_ = false;  // they have changed since the last writing began, or it has failed
+  SavedFile file_;
 };
 
 }  // namespace fanlight

@@ -8,13 +8,14 @@
 
 namespace fanlight {
 
-void RecordingWatch::update() {
+bool RecordingWatch::update() {
   const RecordingProxy::News news = recording_.update();
   const RecordingStatus& status = recording_.status();
   if (news.ended) report_end(status);
-  if (!news.changed) return;
+  if (!news.changed) return news.read;
   if (!status.trouble.empty()) spdlog::error("nothing is recorded until there is room: {}", status.trouble);
   sessions_.notify(Notice::kRecording);
+  return true;
 }
 
 void RecordingWatch::report_end(const RecordingStatus& status) {

@@ -14,8 +14,8 @@ class RecordingWatch {
   RecordingWatch(RecordingProxy& recording, SessionRegistry& sessions, AuditLog& audit)
       : recording_(recording), sessions_(sessions), audit_(audit) {}
 
-  /// Call this when the recorder may have written a status.
-  void update();
+  /// Call this when the recorder may have written a status. Whether it has.
+  bool update();
 
  private:
   void report_end(const RecordingStatus& status);

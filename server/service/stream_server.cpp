@@ -39,7 +39,8 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
               .survey_answered = [this](const SurveyDesk::Answer& answer) { survey_answered(answer); },
               .measure_fluid = dependencies.measure_fluid,
               .fluid_answered = [this](const FluidDesk::Answer& answer) { commands_.fluid_answered(answer); },
-              .presets_changed = [this] { preset_file_.presets_changed(); }}),
+              .presets_changed = [this] { preset_file_.presets_changed(); },
+              .measurements_changed = [this] { measurement_files_.measurements_changed(); }}),
       hub_(dependencies.counters,
            {.executor = executor(),
             .threads = EncoderPool::usual_threads(),
@@ -56,6 +57,10 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
       commands_(state_, control_,
                 [this](Notice notice, std::uint64_t except) { sessions_.notify(notice, except); }),
       preset_file_(config.presets, state_.presets, executor()),
+      measurement_files_(state_.description.path,
+                         {.measurements = state_.measurements,
+                          .executor = executor(),
+                          .trouble_changed = [this] { sessions_.notify(Notice::kMeasurements); }}),
       messages_(state_, control_, hub_),
       requests_{.state = state_,
                 .commands = commands_,
@@ -150,6 +155,7 @@ Result<std::unique_ptr<StreamServer>> StreamServer::create(const Config& wanted,
   std::unique_ptr<StreamServer> server(
       new StreamServer(config, dependencies, std::move(audit), std::move(*access)));
   server->preset_file_.load();
+  server->measurement_files_.load();
   if (auto opened = server->open_archive(); !opened) return opened.error();
   if (auto listening = server->listener_.open(); !listening) return listening.error();
   if (server->igtl_) {
@@ -171,6 +177,7 @@ Result<void> StreamServer::run() {
   run_loop();
   signals_.release_ends();
   preset_file_.finish();
+  measurement_files_.finish();
   close_audit();
   if (failure_) return *failure_;
   return {};
@@ -289,7 +296,8 @@ void StreamServer::watch_bell() {
 
 void StreamServer::bell_rang() {
   source_watch_.update();
-  recording_watch_.update();
+  if (recording_watch_.update())
+    measurement_files_.recording_seen(state_.recording.status(), config_.state.recording.folder);
   take_answers();
   if (igtl_) igtl_->bell_rang();
   take_picture();

@@ -25,6 +25,7 @@
 #include "server/service/access_files.hpp"
 #include "server/service/liveness_watch.hpp"
 #include "server/service/loop_executor.hpp"
+#include "server/service/measurement_files.hpp"
 #include "server/service/preset_file.hpp"
 #include "server/service/recording_watch.hpp"
 #include "server/service/scene_guard.hpp"
@@ -150,6 +151,7 @@ class StreamServer {
   ControlLease control_;
   CommandExecutor commands_;
   PresetFile preset_file_;
+  MeasurementFiles measurement_files_;
   ServerMessages messages_;
   StreamRequests::Dependencies requests_;
   StreamSession::Dependencies streams_;

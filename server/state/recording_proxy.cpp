@@ -138,7 +138,9 @@ RecordingProxy::News RecordingProxy::update() {
   const auto facts = [](const RecordingStatus& status) {
     return std::tuple(status.state, status.ring, status.file, status.trouble, status.finished);
   };
-  News news{.changed = facts(status_) != facts(*newest), .ended = status_.finished != newest->finished};
+  News news{.read = true,
+            .changed = facts(status_) != facts(*newest),
+            .ended = status_.finished != newest->finished};
   status_ = *newest;
   const bool under_way = status_.state == State::kRecording || status_.state == State::kNoRoom;
   if (!recording_.empty() && status_.order_done == ordered_ && !under_way) {

@@ -49,6 +49,7 @@ class RecordingProxy {
 
   /// What a call of update() has found.
   struct News {
+    bool read = false;     ///< there was a new state
     bool changed = false;  ///< more than the counts of a recording under way
     /// A recording has ended since the last call; then the fields last_... of the status are of the newest.
     bool ended = false;

@@ -17,21 +17,23 @@ namespace {
 
 using v1::ReplayRequest;
 
-constexpr std::array<std::pair<std::string_view, ReplayRequest::Wish>, 6> kWishes = {{
+constexpr std::array<std::pair<std::string_view, ReplayRequest::Wish>, 7> kWishes = {{
     {"play", ReplayRequest::PLAY},
     {"pause", ReplayRequest::PAUSE},
     {"step", ReplayRequest::STEP},
     {"seek", ReplayRequest::SEEK},
     {"speed", ReplayRequest::SPEED},
     {"ending", ReplayRequest::ENDING},
+    {"frame", ReplayRequest::FRAME},
 }};
 constexpr std::array<std::string_view, 3> kEndings = {"once", "loop", "to-and-fro"};
 constexpr double kMostSweeps = 1e6;
+constexpr double kMostExact = 9'007'199'254'740'992;  // 2^53: a double has each whole number up to it
 
 Error unknown(std::string_view text) {
   return {ErrorCode::kInvalidArgument,
           fmt::format("{} for the replay, expected play, pause, step=SWEEPS, seek=SECONDS, "
-                      "speed=FACTOR or ending=once|loop|to-and-fro",
+                      "frame=NUMBER, speed=FACTOR or ending=once|loop|to-and-fro",
                       text.empty() ? "there is no wish"
                                    : fmt::format("\"{}\" is no wish", printable(text.substr(0, 40))))};
 }
@@ -54,6 +56,10 @@ Result<ReplayOrder> order_of(const ReplayRequest& request) {
       if (!(value >= 0 && std::isfinite(value)))
         return bad(fmt::format("the place is {} s, expected 0 or more", value));
       return ReplayOrder{.wish = ReplayOrder::Wish::kSeek, .time_s = value};
+    case ReplayRequest::FRAME:
+      if (!(value >= 0 && value <= kMostExact && value == std::floor(value)))
+        return bad(fmt::format("the frame is {}, expected a whole number from 0 on", value));
+      return ReplayOrder{.wish = ReplayOrder::Wish::kFrame, .number = static_cast<std::uint64_t>(value)};
     case ReplayRequest::SPEED:
       if (!(value >= kLeastReplaySpeed && value <= kMostReplaySpeed)) {
         return bad(
@@ -66,7 +72,7 @@ Result<ReplayOrder> order_of(const ReplayRequest& request) {
       return ReplayOrder{.wish = ReplayOrder::Wish::kEnding,
                          .ending = static_cast<ReplayEnding>(request.ending())};
     default:
-      return bad("wish: expected PLAY, PAUSE, STEP, SEEK, SPEED or ENDING");
+      return bad("wish: expected PLAY, PAUSE, STEP, SEEK, FRAME, SPEED or ENDING");
   }
 }
 

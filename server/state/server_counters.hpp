@@ -41,13 +41,14 @@ struct ServerCounters {
   Counter scene_changes_withdrawn;     ///< since the GPU could not draw them
   Gauge<std::uint64_t> private_views;  ///< open now
   Counter private_view_refusals;
-  Counter private_views_ended;  ///< because the main view had left them no time for five seconds
-  Counter recording_refusals;   ///< wishes of the recorder that were not granted
-  Counter replay_refusals;      ///< wishes of the player of a recording that were not granted
-  Counter preset_refusals;      ///< presets that were not saved or removed as was asked for
-  Counter cine_refusals;        ///< wishes to freeze, or about the last volumes, that were not granted
-  Counter survey_refusals;      ///< requests to find the surface that were refused
-  Counter fluid_refusals;       ///< requests to measure fluid that were refused
+  Counter private_views_ended;   ///< because the main view had left them no time for five seconds
+  Counter recording_refusals;    ///< wishes of the recorder that were not granted
+  Counter replay_refusals;       ///< wishes of the player of a recording that were not granted
+  Counter preset_refusals;       ///< presets that were not saved or removed as was asked for
+  Counter cine_refusals;         ///< wishes to freeze, or about the last volumes, that were not granted
+  Counter survey_refusals;       ///< requests to find the surface that were refused
+  Counter fluid_refusals;        ///< requests to measure fluid that were refused
+  Counter measurement_refusals;  ///< measurements that were not kept, renamed or removed as was asked for
   Counter probe_changes;
   Counter probe_refusals;  ///< changes of the probe that are not allowed, or that it did not accept
 
@@ -140,6 +141,8 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"cine_refusals", "Cine requests that were refused", &ServerCounters::cine_refusals},
     {"survey_refusals", "Requests to find the surface that were refused", &ServerCounters::survey_refusals},
     {"fluid_refusals", "Requests to measure fluid that were refused", &ServerCounters::fluid_refusals},
+    {"measurement_refusals", "Requests to keep, rename or remove a measurement that were refused",
+     &ServerCounters::measurement_refusals},
     {"probe_changes", "Probe settings changed by displays", &ServerCounters::probe_changes},
     {"probe_refusals", "Changes of the probe that were refused", &ServerCounters::probe_refusals},
     {"igtl_clients_opened", "OpenIGTLink clients that connected", &ServerCounters::igtl_clients_opened},

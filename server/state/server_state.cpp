@@ -34,6 +34,7 @@ ServerState::ServerState(const Config& config, const Dependencies& dependencies)
       cine(dependencies.ports.render),
       demand(config.renders_unwatched ? nullptr : &dependencies.ports.render.audience),
       presets(dependencies.presets_changed),
+      measurements(dependencies.measurements_changed),
       default_view(config.finds_view, scene_store, surveys, description.notes),
       source_state_(dependencies.ports.source_state) {}
 

@@ -10,6 +10,7 @@
 #include "server/state/cine_proxy.hpp"
 #include "server/state/default_view.hpp"
 #include "server/state/fluid_desk.hpp"
+#include "server/state/measurement_store.hpp"
 #include "server/state/picture_demand.hpp"
 #include "server/state/picture_liveness.hpp"
 #include "server/state/picture_times.hpp"
@@ -63,7 +64,8 @@ struct ServerState {
     std::function<void(const SurveyDesk::Answer&)> survey_answered;
     FluidMeter measure_fluid;  ///< empty: no fluid is measured
     std::function<void(const FluidDesk::Answer&)> fluid_answered;
-    std::function<void()> presets_changed;  ///< see PresetStore
+    std::function<void()> presets_changed;               ///< see PresetStore
+    std::function<void()> measurements_changed = [] {};  ///< see MeasurementStore
   };
   ServerState(const Config& config, const Dependencies& dependencies);
   ServerState(const ServerState&) = delete;
@@ -95,6 +97,7 @@ struct ServerState {
   CineProxy cine;
   PictureDemand demand;
   PresetStore presets;
+  MeasurementStore measurements;
   DefaultView default_view;
   Relay* relay = nullptr;           ///< null: the server was given no receiver
   StillArchive* archive = nullptr;  ///< null: the server was given no queue

@@ -64,6 +64,10 @@ void describe(v1::Picture& message, const Picture& picture) {
   message.set_uncertain_share(stamp.uncertain_share);
   message.set_steady_share(stamp.steady_share);
   message.set_mean_volumes(stamp.mean_volumes);
+  const auto [first, last] =
+      std::minmax(stamp.volume.first_recorded_number, stamp.volume.last_recorded_number);
+  message.set_first_frame_number(first);
+  message.set_last_frame_number(last);
   message.set_near_tissue(static_cast<v1::NearTissue>(stamp.near_tissue));
   if (std::isfinite(stamp.near_end_mm)) message.set_near_end_mm(stamp.near_end_mm);
   const Point& samples = stamp.sample_distances;

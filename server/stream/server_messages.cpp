@@ -110,6 +110,13 @@ v1::ServerMessage ServerMessages::replay() const {
   return message;
 }
 
+bool ServerMessages::add_measurements(v1::ServerMessage& message, std::uint64_t& known_revision) const {
+  MeasurementStore::Part part = state_.measurements.part_after(known_revision);
+  *message.mutable_measurements() = std::move(part.list);
+  known_revision = part.revision;
+  return part.more;
+}
+
 v1::ServerMessage ServerMessages::presets() const {
   v1::ServerMessage message;
   *message.mutable_presets() = state_.presets.message();

@@ -36,6 +36,9 @@ class ServerMessages {
   v1::ServerMessage replay() const;
   v1::ServerMessage cine() const;
   v1::ServerMessage presets() const;
+  /// What a session has not got that knows all measurements up to `known_revision`, which it then raises.
+  /// True: others follow.
+  bool add_measurements(v1::ServerMessage& message, std::uint64_t& known_revision) const;
   v1::ServerMessage relay() const;
   v1::ServerMessage statistics(const OutgoingQueue::PictureCounts& pictures) const;
   static v1::ServerMessage scene_shown(const OutgoingQueue::ShownRequest& request, std::uint64_t picture_id);

@@ -22,17 +22,20 @@ struct SessionLimits {
   /// More than the Hello has: the table of all scene fields, and two scenes with up to 29 KB of cuts each.
   static constexpr std::size_t kAnswerBytes = 128 << 10;
 
+  /// The last region of fluid that was found for it: 48 cells along each axis.
+  static constexpr std::size_t kRegionBytes = 112 << 10;
+
   int login_s = 10;   ///< until it has logged in
   int stalled_s = 5;  ///< without progress in what is sent, or in closing
   std::chrono::milliseconds unanswered{
       10'000};  ///< without anything from it; half of it until a ping is sent
 
-  /// Memory of a session at most, bytes: a message that it sends, its answers, one picture under way and one
-  /// that waits. Pictures are shared by the displays that ask for the same. PNG and the depth map are not
-  /// larger than the pixels.
+  /// Memory of a session at most, bytes: a message that it sends, its answers, a region of fluid, one
+  /// picture under way and one that waits. Pictures are shared by the displays that ask for the same. PNG and
+  /// the depth map are not larger than the pixels.
   static constexpr std::uint64_t most_bytes(PictureSize largest) {
     const std::uint64_t picture = 2 * 4 * largest.pixels();
-    return kReadBytes + OutgoingQueue::kMostAnswers * kAnswerBytes + 2 * picture;
+    return kReadBytes + OutgoingQueue::kMostAnswers * kAnswerBytes + kRegionBytes + 2 * picture;
   }
 };
 

@@ -58,6 +58,8 @@ void StreamRequests::handle(const v1::ClientMessage& message) {
       return control_cine(message.cine());
     case v1::ClientMessage::kPreset:
       return change_presets(message.preset());
+    case v1::ClientMessage::kMeasurement:
+      return change_measurements(message.measurement());
     case v1::ClientMessage::BODY_NOT_SET:
       return refuse("a message has no body that is known, expected one of fanlight.v1.ClientMessage");
   }
@@ -154,7 +156,10 @@ void StreamRequests::measure_fluid(const v1::FluidRequest& request) {
                               .at = {request.x_mm(), request.y_mm(), request.z_mm()},
                               .border_db = request.border_db()}};
   execute(command, request.request_id(), &v1::ServerMessage::mutable_fluid_reply,
-          [](v1::FluidReply& reply, const CommandResult& result) { *reply.mutable_found() = result.region; });
+          [this](v1::FluidReply& reply, const CommandResult& result) {
+            found_region_ = result.region;
+            *reply.mutable_found() = result.region;
+          });
 }
 
 void StreamRequests::record(const v1::RecordingRequest& request) {
@@ -178,6 +183,14 @@ void StreamRequests::control_cine(const v1::CineRequest& request) {
 void StreamRequests::change_presets(const v1::PresetRequest& request) {
   execute(ChangePresets{request}, request.request_id(), &v1::ServerMessage::mutable_preset_reply,
           [](v1::PresetReply& reply, const CommandResult&) { reply.set_done(true); });
+}
+
+void StreamRequests::change_measurements(const v1::MeasurementRequest& request) {
+  ChangeMeasurements command{request};
+  const bool takes_region = request.has_add() && request.with_region() && !found_region_.depths().empty();
+  if (takes_region) *command.request.mutable_add()->mutable_region() = found_region_;
+  execute(command, request.request_id(), &v1::ServerMessage::mutable_measurement_reply,
+          [](v1::MeasurementReply& reply, const CommandResult&) { reply.set_done(true); });
 }
 
 void StreamRequests::change_control(const v1::ControlRequest& request) {

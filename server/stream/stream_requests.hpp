@@ -87,6 +87,7 @@ class StreamRequests {
   void control_replay(const v1::ReplayRequest& request);
   void control_cine(const v1::CineRequest& request);
   void change_presets(const v1::PresetRequest& request);
+  void change_measurements(const v1::MeasurementRequest& request);
   void answer(const v1::ServerMessage& message) { queue_.add_answer(serialised(message)); }
 
   const Dependencies& dependencies_;
@@ -94,6 +95,7 @@ class StreamRequests {
   SessionAudit& audit_;
   OutgoingQueue& queue_;
   InputBudget& budget_;
+  v1::FluidRegion found_region_;  // by the last FluidRequest that found one
 };
 
 }  // namespace fanlight

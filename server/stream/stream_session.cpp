@@ -121,6 +121,7 @@ void StreamSession::open(const Principal& principal, const std::string& name) {
   queue_.add_notice(Notice::kReplay);
   queue_.add_notice(Notice::kCine);
   queue_.add_notice(Notice::kPresets);
+  queue_.add_notice(Notice::kMeasurements);
   if (shared_.state.is_relayed()) queue_.add_notice(Notice::kRelay);
   shared_.hub.add(*this);
   shared_.sessions.opened();
@@ -360,12 +361,21 @@ v1::ServerMessage StreamSession::notice_message(Notice notice) {
       return shared_.messages.cine();
     case Notice::kPresets:
       return shared_.messages.presets();
+    case Notice::kMeasurements:
+      return measurements();
     case Notice::kRelay:
       return shared_.messages.relay();
     case Notice::kStatistics:
       break;
   }
   return shared_.messages.statistics(queue_.picture_counts());
+}
+
+v1::ServerMessage StreamSession::measurements() {
+  v1::ServerMessage message;
+  if (shared_.messages.add_measurements(message, known_measurements_))
+    queue_.add_notice(Notice::kMeasurements);
+  return message;
 }
 
 void StreamSession::write(const SharedMessage& message) {

@@ -103,6 +103,7 @@ class StreamSession : public StreamRequests::Session,
   /// Writes what is due next, unless a write is under way.
   void pump();
   v1::ServerMessage notice_message(Notice notice);
+  v1::ServerMessage measurements();
   void write(const SharedMessage& message);
   void written(boost::beast::error_code failure, std::size_t bytes);
   void closed(boost::beast::error_code failure, std::size_t bytes);
@@ -137,6 +138,7 @@ class StreamSession : public StreamRequests::Session,
   boost::beast::flat_buffer incoming_;
   bool reading_ = false;
   bool too_many_pings_ = false;
+  std::uint64_t known_measurements_ = 0;  // see MeasurementStore::part_after()
   bool out_of_memory_ = false;
   SharedMessage under_way_;  // being written; null: none
 };

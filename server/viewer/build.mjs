@@ -62,7 +62,7 @@ const shaderTexts = {
 };
 
 // Modules that the page imports when they are first needed.
-const loadedLater = ["./clip.js", "./archive_form.js"];
+const loadedLater = ["./clip.js", "./archive_form.js", "./transfer_editor.js"];
 
 const proto = resolve(values.proto);
 mkdirSync(join(home, "generated"), { recursive: true });
@@ -106,7 +106,7 @@ if (values.outdir) {
     logLevel: "warning",
   });
   await build({
-    entryPoints: { clip: join(home, "src/clip.ts"), archive_form: join(home, "src/archive_form.ts") },
+    entryPoints: loadedLater.map((name) => join(home, "src", name.replace(/js$/, "ts"))),
     outdir: resolve(values.outdir),
     bundle: true,
     minify: true,

@@ -2,7 +2,9 @@
 // Tests measurements in planes and on the surface in Chromium against the real server, by mouse and keys.
 // Variables: see viewer_test.mjs.
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
+import { mkdtemp, readdir, readFile, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { test } from "node:test";
 import AxeBuilder from "@axe-core/playwright";
 import { until } from "./viewer_page.mjs";
@@ -289,4 +291,99 @@ test("fluid is measured from a point in it, and kept once its border is accepted
     assert.ok(Math.abs(again / trueCm3 - 1) < 0.02, `${again} cm³ by keys`);
     assert.deepEqual(viewer.consoleProblems, []);
   });
+});
+
+/** A measurement on the first volume of a recording that ends with it, by two displays; the recording's path. */
+async function measureWhileRecording(folder) {
+  let file = "";
+  const source = "phantom:scene=relief,probe=r1,columns=64,rows=64,rate=30";
+  const steps = async (viewer, server) => {
+    const post = (path, body) =>
+      fetch(new URL(path, server.url), {
+        method: "POST",
+        headers: { "Content-Type": "application/json" },
+        body: JSON.stringify(body),
+      });
+    const recording = async () => (await fetch(new URL("api/recording", server.url))).json();
+    await viewer.firstPicture();
+    file = (await (await post("api/recording", { wish: "start" })).json()).file;
+    // Several sweeps, so that the one on show is whole in the recording.
+    await until("three sweeps", recording, ({ frames }) => frames > 300);
+    await begin(viewer, "4");
+    await clickAt(viewer, [
+      [0.15, 0.2],
+      [0.15, 0.4],
+    ]);
+    await listHas(viewer, 1);
+    const kept = viewer.page.locator("#measurements-kept");
+    await until(
+      "it is kept",
+      () => kept.textContent(),
+      (text) => text === "Kept on the server until it stops, and with recordings of them.",
+    );
+    const other = await server.openPage();
+    try {
+      await other.firstPicture();
+      await listHas(other, 1);
+      await other.page.locator("#measurement-list input").fill("Lens");
+      await other.page.locator("#measurement-list input").press("Enter");
+    } finally {
+      await other.page.close();
+    }
+    const name = () => viewer.page.locator("#measurement-list input").inputValue();
+    await until("the other display's name", name, (value) => value === "Lens");
+    await viewer.page.reload();
+    await viewer.firstPicture();
+    await listHas(viewer, 1);
+    assert.equal(await name(), "Lens");
+    await until(
+      "it is drawn after a reload",
+      () => viewer.page.locator("#measurement text").allTextContents(),
+      (texts) => texts.length === 1 && texts[0].startsWith("Lens: "),
+    );
+    await viewer.screenshot("measurement-kept");
+    await post("api/recording", { wish: "stop" });
+    await until("the end of the recording", recording, ({ last_file }) => last_file === file);
+    await until(
+      "its measurements",
+      () => readdir(folder),
+      (names) => names.includes(`${file}.measurements.json`),
+    );
+    assert.deepEqual(viewer.consoleProblems, []);
+  };
+  await withPage("measurement-recorded", source, steps, ["--recordings", folder]);
+  return join(folder, file);
+}
+
+test("a measurement stays with the recording of its volume, for all displays", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "fanlight-measured-"));
+  try {
+    const path = await measureWhileRecording(folder);
+    const replay = async (viewer) => {
+      await viewer.firstPicture();
+      assert.match(await listHas(viewer, 1), /Distance in plane A/);
+      assert.equal(await viewer.page.locator("#measurements-kept").textContent(), "Kept with this recording.");
+      await viewer.page.keyboard.press("4");
+      await viewer.settled();
+      const text = viewer.page.locator('[data-replay="text"]');
+      await until(
+        "the end",
+        () => text.textContent(),
+        (shown) => shown.endsWith("ended"),
+      );
+      await viewer.settled();
+      const drawn = () => viewer.page.locator("#measurement text").allTextContents();
+      assert.deepEqual(await drawn(), [], "on another volume");
+      assert.match((await listed(viewer))[0], /frames \d+ to \d+/);
+      await viewer.screenshot("measurement-elsewhere");
+      await viewer.page.getByRole("button", { name: "Go to its volume" }).focus();
+      await viewer.page.keyboard.press("Enter");
+      await until("its volume", drawn, (texts) => /^Lens: [\d.]+ ± [\d.]+ mm/.test(texts[0] ?? ""));
+      await viewer.screenshot("measurement-replayed");
+      assert.deepEqual(viewer.consoleProblems, []);
+    };
+    await withPage("measurement-replay", path, replay, ["--ending", "once"]);
+  } finally {
+    await rm(folder, { recursive: true });
+  }
 });

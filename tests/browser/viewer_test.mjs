@@ -241,6 +241,7 @@ test("the transfer function is edited by mouse, keys and text, and an invalid te
     const initialPoints = await points();
     const handles = viewer.page.locator("[data-handle]");
     const count = initialPoints.split(",").length;
+    await handles.first().waitFor(); // the editor is loaded when it is first seen
     assert.equal(await handles.count(), count);
 
     // Adds a point by double click, drags it, moves it with keys, sets its colour, and removes it.

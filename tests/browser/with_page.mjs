@@ -56,8 +56,10 @@ async function readScene(server) {
 }
 
 /** Waits until the page of the test before has left, which may be in control. */
-function resetScene(server, scene) {
-  const change = { method: "PATCH", headers: { "Content-Type": "application/json" }, body: JSON.stringify(scene) };
+async function resetScene(server, scene) {
+  const headers = { "Content-Type": "application/json" };
+  await fetch(new URL("api/measurements", server.url), { method: "POST", headers, body: '{"remove_all": true}' });
+  const change = { method: "PATCH", headers, body: JSON.stringify(scene) };
   return until(
     "status 200 for the scene of the start",
     async () => (await fetch(new URL("api/scene", server.url), change)).status,

@@ -159,6 +159,8 @@ TEST_F(RecorderTest, EndsAtItsLimits) {
   for (std::uint64_t i = 0; i < 20; ++i) put(i);
   wait_for([this] { return status_.finished == 1; });
   EXPECT_EQ(status_.last_frames, 5U);  // 0 to 0.04 s
+  EXPECT_EQ(status_.last_file_first_sequence, stamp(0).sequence);
+  EXPECT_EQ(status_.last_file_last_sequence, stamp(4).sequence);
   EXPECT_EQ(status_.state, State::kIdle);
   EXPECT_FALSE(recorder_->tap().is_open());
   begin({.path = folder_ / "small.igs.mha", .most_bytes = 3 * kColumns * kRows + 5});
@@ -187,6 +189,9 @@ TEST_F(RecorderTest, KeepsARingUnderAnotherNameAndGoesOn) {
   begin({.end_path = path_, .path = folder_ / "ring-b.igs.mha", .ring_s = 2});
   for (std::uint64_t i = 300; i < 310; ++i) put(i);
   wait_for([this] { return status_.finished == 1 && status_.frames == 10; });
+  EXPECT_EQ(status_.last_file_first_sequence, stamp(99).sequence) << "of the last two seconds";
+  EXPECT_EQ(status_.last_file_last_sequence, stamp(299).sequence);
+  EXPECT_EQ(status_.first_sequence, stamp(300).sequence) << "of what is under way";
   EXPECT_EQ(status_.last_file, path_.string());
   EXPECT_TRUE(status_.ring);
   EXPECT_EQ(open(path_).summary().frames, 201U);
@@ -231,7 +236,8 @@ TEST_F(RecorderTest, TakesTheNextFreeNumberForAFurtherFile) {
 TEST_F(RecorderTest, FindsNamesThatFollowFromOneThatIsTaken) {
   EXPECT_TRUE(check_free_name(path_));
   for (const char* const taken : {"sweeps.igs.mha", "sweeps.igs.mhd", "sweeps.igs.raw", "sweeps.igs.zraw",
-                                  "sweeps.igs.mha.pictures.jsonl", "sweeps.igs.mha.rec-0003.frames"}) {
+                                  "sweeps.igs.mha.pictures.jsonl", "sweeps.igs.mha.measurements.json",
+                                  "sweeps.igs.mha.rec-0003.frames"}) {
     std::ofstream(folder_ / taken) << "x";
     EXPECT_FALSE(check_free_name(path_)) << taken;
     std::filesystem::remove(folder_ / taken);

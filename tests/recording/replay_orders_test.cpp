@@ -119,6 +119,23 @@ TEST_F(ReplayOrdersTest, StepsSweepBySweepAndBack) {
   EXPECT_EQ(marks_of_sweep(take()), (std::vector{1, 2, 3, 4})) << "the loop continues";
 }
 
+TEST_F(ReplayOrdersTest, ShowsTheSweepOfAFrame) {
+  make({.ending = ReplayEnding::kToAndFro});
+  const std::uint64_t number = *take(kFramesASweep + 2).back().stamp.recorded_number;  // in the second sweep
+  link_.send({.wish = Wish::kFrame, .number = 0});
+  EXPECT_EQ(marks_of_sweep(take()), (std::vector{1, 2, 3, 4})) << "before the recording: its first sweep";
+  EXPECT_EQ(status().state, ReplayStatus::State::kPaused);
+  link_.send({.wish = Wish::kFrame, .number = number});
+  EXPECT_EQ(marks_of_sweep(take()), (std::vector{5, 6, 7, 8}));
+  link_.send({.wish = Wish::kFrame, .number = ~std::uint64_t{0}});
+  EXPECT_EQ(marks_of_sweep(take()), (std::vector{9, 10, 11, 12})) << "beyond it: its last one";
+  link_.send({.wish = Wish::kPlay});
+  take(kFramesASweep + 1);
+  EXPECT_TRUE(status().backward);
+  link_.send({.wish = Wish::kFrame, .number = number});
+  EXPECT_EQ(marks_of_sweep(take()), (std::vector{8, 7, 6, 5})) << "as this pass plays it";
+}
+
 TEST_F(ReplayOrdersTest, StepsInABackwardPassGoOnBackward) {
   make({.ending = ReplayEnding::kToAndFro});
   take(kSweeps * kFramesASweep + 1);  // into the backward pass

@@ -39,6 +39,8 @@ class ReplayedStampsTest : public RecorderTest, public testing::WithParamInterfa
     std::vector<std::uint8_t> pixels;
     std::uint64_t first = 0;
     std::uint64_t last = 0;
+    std::uint64_t first_number = 0;
+    std::uint64_t last_number = 0;
     std::uint32_t missing = 0;
     double correction_rad = 0;
     SweepDirection direction{};
@@ -53,6 +55,8 @@ class ReplayedStampsTest : public RecorderTest, public testing::WithParamInterfa
       const VolumeStamp& stamp = (*volume)->stamp();
       Seen one{.first = stamp.first_frame_sequence,
                .last = stamp.last_frame_sequence,
+               .first_number = stamp.first_recorded_number,
+               .last_number = stamp.last_recorded_number,
                .missing = stamp.frames_missing,
                .correction_rad = stamp.angle_correction_rad,
                .direction = stamp.direction};
@@ -102,6 +106,35 @@ TEST_F(ReplayedStampsTest, GoOnInFurtherPasses) {
     volume = frame->volume_index;
   }
   EXPECT_GE(volume, 9U);
+}
+
+/// By these numbers, measurements find their volume again.
+TEST_F(ReplayedStampsTest, KeepTheNumbersOfTheRecordingInEachPass) {
+  for (const char* const options : {"", ",index=off"}) {
+    path_ = folder_ / (std::string("sweeps") + (*options == 0 ? "" : "-unnumbered") + ".igs.mha");
+    record(std::string("phantom:scene=relief,probe=r1,columns=64,rows=64,frames=10,volumes=3,lost=2") +
+           options);
+    const auto live = volumes_of(*source_of(path_.string()));
+    ASSERT_EQ(live.size(), 3U) << options;
+    for (const auto ending : {ReplaySource::Ending::kLoop, ReplaySource::Ending::kToAndFro}) {
+      auto source = ReplaySource::create({.recording = {.path = path_, .geometry_path = {}},
+                                          .pace = ReplaySource::Pace::kAsFastAsTaken,
+                                          .ending = ending});
+      ASSERT_TRUE(source);
+      OfflineVolumes volumes(**source);
+      for (std::size_t i = 0; i < 9; ++i) {
+        const bool backward = ending == ReplaySource::Ending::kToAndFro && i / 3 == 1;
+        const VolumeStamp stamp = (*volumes.next())->stamp();
+        const Seen& same = live[backward ? 2 - i % 3 : i % 3];
+        const auto [first, last] = std::minmax(stamp.first_recorded_number, stamp.last_recorded_number);
+        // Where sweeps have no numbers, a frame more or less may count to the first sweep of a pass.
+        const double slack = *options == 0 ? 0 : 1;
+        EXPECT_NEAR(static_cast<double>(first), static_cast<double>(same.first), slack) << options << i;
+        EXPECT_NEAR(static_cast<double>(last), static_cast<double>(same.last), slack) << options << i;
+        EXPECT_EQ(stamp.first_recorded_number > stamp.last_recorded_number, backward) << options << i;
+      }
+    }
+  }
 }
 
 }  // namespace

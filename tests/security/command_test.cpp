@@ -54,6 +54,12 @@ v1::PresetRequest saved_preset() {
   return request;
 }
 
+v1::MeasurementRequest removal() {
+  v1::MeasurementRequest request;
+  request.set_remove_all(true);
+  return request;
+}
+
 std::vector<Row> table() {
   using Wish = v1::ControlRequest;
   return {
@@ -84,6 +90,9 @@ std::vector<Row> table() {
       {"preset", ChangePresets{saved_preset()}, Role::kOperator, false,
        message_of([](auto& message) { *message.mutable_preset() = saved_preset(); }), "POST", "/api/presets",
        R"({"save": "mine"})"},
+      {"measurement", ChangeMeasurements{removal()}, Role::kOperator, false,
+       message_of([](auto& message) { *message.mutable_measurement() = removal(); }), "POST",
+       "/api/measurements", R"({"remove_all": true})"},
       {"relay",
        ControlRelay{.sends = true},
        Role::kAdmin,
@@ -142,7 +151,8 @@ class CommandTest : public testing::Test {
              return Error{ErrorCode::kUnavailable, "none"};
            },
        .fluid_answered = [](const FluidDesk::Answer&) {},
-       .presets_changed = [] {}}};
+       .presets_changed = [] {},
+       .measurements_changed = [] {}}};
   ControlLease control_;
   AuditLog log_;
   std::vector<Notice> notices_;
@@ -329,6 +339,8 @@ class ServerOfRoles {
           return got->cine_reply().refused().message();
         case v1::ServerMessage::kPresetReply:
           return got->preset_reply().refused().message();
+        case v1::ServerMessage::kMeasurementReply:
+          return got->measurement_reply().refused().message();
         case v1::ServerMessage::kControlReply:
           return got->control_reply().refused().message();
         default:

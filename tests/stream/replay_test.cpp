@@ -19,7 +19,7 @@ using Player = ReplayStatus::State;
 
 TEST(ReplayWishes, AreWrittenAsTheyAreRead) {
   for (const char* text : {"play", "pause", "step=1", "step=-3", "seek=2.5", "speed=0.25", "ending=once",
-                           "ending=loop", "ending=to-and-fro"})
+                           "ending=loop", "ending=to-and-fro", "frame=1234567"})
     EXPECT_EQ(replay_words(replay_request(text).value()), text);
   EXPECT_EQ(replay_words(replay_request("step").value()), "step=1");
   for (const char* text : {"", "stop", "play=1", "step=", "step=a", "seek", "seek=nan", "speed=1x", "ending",
@@ -53,11 +53,14 @@ TEST_F(ReplayProxyTest, RefusesWhereNoRecordingIsPlayed) {
 
 TEST_F(ReplayProxyTest, ChecksEachNumber) {
   tell({.state = Player::kPlaying});
-  for (const char* wish : {"step=0", "step=0.5", "step=1e9", "seek=-1", "speed=0", "speed=1001", "speed=-1"})
+  for (const char* wish : {"step=0", "step=0.5", "step=1e9", "seek=-1", "speed=0", "speed=1001", "speed=-1",
+                           "frame=-1", "frame=0.5", "frame=1e17"})
     EXPECT_NE(refusal(wish).find("expected"), std::string::npos) << wish;
   EXPECT_FALSE(link_.orders.take());
   EXPECT_EQ(refusal("step=-2"), "");
   EXPECT_EQ(link_.orders.take()->sweeps, -2);
+  EXPECT_EQ(refusal("frame=9007199254740992"), "");
+  EXPECT_EQ(link_.orders.take()->number, 9'007'199'254'740'992U);
   v1::ReplayRequest unknown;
   unknown.set_wish(static_cast<v1::ReplayRequest::Wish>(9));
   EXPECT_FALSE(proxy_.request(unknown));

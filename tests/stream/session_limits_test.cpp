@@ -114,7 +114,8 @@ TEST_F(SessionLimitsTest, ADisplayThatTakesNothingIsCut) {
 
 TEST(SessionLimits, TheMemoryOfASessionIsBounded) {
   // A message of 1 MiB, 16 answers of 128 KiB, and two pictures of 512 x 512 with their depth maps.
-  EXPECT_EQ(SessionLimits::most_bytes({512, 512}), (1U << 20) + (16U << 17) + 2U * 8 * 512 * 512);
+  EXPECT_EQ(SessionLimits::most_bytes({512, 512}),
+            (1U << 20) + (16U << 17) + (112U << 10) + 2U * 8 * 512 * 512);
 }
 
 }  // namespace

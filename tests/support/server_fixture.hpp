@@ -33,14 +33,16 @@ class ServerFixture {
                                            .most_connections = most_connections},
                       std::move(source_state)) {}
 
-  /// Uses the access options and limits of `config`; sets the endpoint, the description and the scene itself.
+  /// Uses the access options and limits of `config`; sets the endpoint, the description but for its path, and
+  /// the scene itself.
   /// `usual`: the size of the server's pictures.
   explicit ServerFixture(StreamServer::Config config, std::string source_state = "running",
                          PictureSize usual = {.width = kWidth, .height = kHeight},
                          const OpenStillArchive& open_archive = {})
       : source_state_(std::move(source_state)) {
     config.endpoint = {boost::asio::ip::make_address("127.0.0.1"), 0};
-    config.state.description = {.source = "fake:", .device = "none", .picture_size = usual};
+    config.state.description = {
+        .source = "fake:", .path = config.state.description.path, .device = "none", .picture_size = usual};
     config.state.initial_scene = {.revision = 1, .scene = {}};
     std::optional<RecordingLink> recording;
     if (!config.state.recording.folder.empty())
@@ -243,6 +245,11 @@ class ServerFixture {
     if (question.at.x_mm < 0) return Error{ErrorCode::kInvalidArgument, "this point is not in fluid"};
     v1::FluidRegion region;
     region.set_volume_mm3(question.at.x_mm);
+    region.set_step_mm(0.5);
+    region.set_columns(2);
+    region.set_rows(3);
+    region.set_slices(4);
+    region.set_depths(std::string(24, '\x90'));
     return region;
   }
   std::optional<FoundSurface> find_surface(const Scene& scene) {

@@ -47,6 +47,7 @@ const pages = {
   "/": ["index.html", "text/html; charset=utf-8"],
   "/viewer.js": ["viewer.js", "text/javascript; charset=utf-8"],
   "/archive_form.js": ["archive_form.js", "text/javascript; charset=utf-8"],
+  "/transfer_editor.js": ["transfer_editor.js", "text/javascript; charset=utf-8"],
   "/clip.js": ["clip.js", "text/javascript; charset=utf-8"],
   "/viewer.css": ["viewer.css", "text/css; charset=utf-8"],
   "/favicon.svg": ["favicon.svg", "image/svg+xml"],

@@ -9,6 +9,8 @@ const kLongestRetryMs = 2000;
 // The server sends statistics once a second. A session silent for so long is dead, even if TCP has not noticed.
 const kSilenceMs = 5000;
 
+export type ClientBody = MessageInitShape<typeof ClientMessageSchema>["body"];
+
 export interface ConnectionEvents {
   connecting(): void;
   message(message: ServerMessage): void;
@@ -50,7 +52,7 @@ export class Connection {
   }
 
   /** Messages are discarded while the connection is down. */
-  send(body: MessageInitShape<typeof ClientMessageSchema>["body"]): void {
+  send(body: ClientBody): void {
     if (this.socket?.readyState !== WebSocket.OPEN || !body) return;
     this.socket.send(toBinary(ClientMessageSchema, create(ClientMessageSchema, { body })));
   }

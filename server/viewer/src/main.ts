@@ -157,8 +157,7 @@ const overlay: PictureOverlay = new PictureOverlay(editor, codec, {
   surfaceAt: (pixel) => pictures.surface.pointAt(pixel),
   drawnView: () => pictures.surface.drawnView,
   dateOf: (serverMs) => (liveness.isReplay ? undefined : clock.dateOf(serverMs)),
-  askDepth: (value) => connection.send({ case: "depth", value }),
-  askFluid: (value) => connection.send({ case: "fluid", value }),
+  send: (body) => connection.send(body),
   failed: showRefusal,
 });
 const tools = new Tools(page.tools, page.canvas, (tool) => overlay.choose(tool));
@@ -230,12 +229,13 @@ function receive({ body }: ServerMessage): void {
       showBusy();
       return overlay.measurement.frozenChanged();
     case "depthReply":
-      return overlay.answered(body.value);
     case "fluidReply":
-      return overlay.answeredFluid(body.value);
+    case "measurements":
+      return overlay.take(body);
     case "streamReply": // the page asks by itself: an answer says nothing of what was refused before
       return body.value.outcome.case === "refused" ? showRefusal(body.value.outcome.value.message) : undefined;
     case "presetReply":
+    case "measurementReply":
     case "recordingReply":
     case "cineReply":
     case "replayReply":

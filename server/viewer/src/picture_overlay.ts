@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that the page draws over the picture but the light, and the still that is saved with it.
-import type { DepthReply, FluidReply, Hello, Picture, View } from "../generated/fanlight_pb.js";
+import {
+  CineRequest_Wish as CineWish,
+  ReplayRequest_Wish as ReplayWish,
+  Role,
+  type Hello,
+  type Picture,
+  type ServerMessage,
+  type View,
+} from "../generated/fanlight_pb.js";
 import type { Loss } from "./archive_button";
 import { ClipButton } from "./clip_button";
 import type { CodecChoice } from "./codec_choice";
+import type { ClientBody } from "./connection";
 import { DepthLegend } from "./depth_legend";
 import { find } from "./element";
 import type { Mm } from "./measuring/figures";
-import type { FluidQuestion } from "./measuring/fluid_probe";
 import { MeasureTool } from "./measuring/measure_tool";
 import { page } from "./page";
 import type { Strokes } from "./picture_input";
@@ -21,7 +29,7 @@ import { Scalpel } from "./scalpel";
 import { shownPlanes, sliceCamera } from "./shown_planes";
 import { steadyText } from "./steady_mark";
 import { stillOf } from "./still";
-import { SurfacePoints, type DepthQuestion } from "./surface_points";
+import { SurfacePoints } from "./surface_points";
 import { kTomography, planeDirections } from "./tomography";
 import type { Tool } from "./tools";
 import { surfacePart, tidy, type PagePoint, type Size } from "./view_geometry";
@@ -84,8 +92,7 @@ export class PictureOverlay {
       drawnView(): View | undefined;
       /** When a time of the server's clock was; undefined in a replay, and while the clock is not known. */
       dateOf(serverMs: number): Date | undefined;
-      askDepth(request: DepthQuestion): void;
-      askFluid(request: FluidQuestion): void;
+      send(body: ClientBody): void;
       failed(sentence: string): void;
     },
   ) {
@@ -94,7 +101,10 @@ export class PictureOverlay {
       page.measured.hidden = sentence === "";
     };
     const ask = (requestId: bigint, pixels: PagePoint[]) =>
-      from.askDepth({ requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })), ...this.fullSize() });
+      from.send({
+        case: "depth",
+        value: { requestId, pixels: pixels.map(({ x, y }) => ({ column: x, row: y })), ...this.fullSize() },
+      });
     this.points = new SurfacePoints(ask);
     this.scalpel = new Scalpel(editor, {
       view: () => from.drawnView() ?? from.shown()?.view,
@@ -113,13 +123,15 @@ export class PictureOverlay {
       planes: (size) => shownPlanes(this.editor.choice("mode"), size, sliceCamera(editor)),
       isCurrent: () => from.isCurrent(),
       showPlane: (view) => this.showPlane(view),
+      showFrame: (number) => this.showFrame(number),
       captured: ({ captureTimeNs }) => from.dateOf(Number(captureTimeNs) / 1e6),
       fullSize: () => this.fullSize(),
       mode: () => this.editor.choice("mode"),
       targetDepthMm: () => this.editor.number("camera.distance_mm"),
       view: () => from.drawnView() ?? from.shown()?.view,
       ask,
-      askFluid: (question) => from.askFluid(question),
+      askFluid: (value) => from.send({ case: "fluid", value }),
+      keep: (value) => from.send({ case: "measurement", value }),
       say,
     });
     this.notes = new PictureNotes(
@@ -156,18 +168,18 @@ export class PictureOverlay {
 
   /** Call at the start of a session. */
   start(): void {
-    this.measurement.start(this.from.hello()?.runId ?? 0n);
+    const hello = this.from.hello();
+    this.measurement.start(hello?.runId ?? 0n, hello !== undefined && hello.role !== Role.VIEWER);
     this.points.forget();
     this.scalpel.cancel();
   }
 
-  answered(reply: DepthReply): void {
-    this.measurement.answered(reply);
-    this.points.answered(reply);
-  }
-
-  answeredFluid(reply: FluidReply): void {
-    this.measurement.answeredFluid(reply);
+  /** Takes an answer to a question, or the measurements that the server keeps. */
+  take(told: Extract<ServerMessage["body"], { case: "depthReply" | "fluidReply" | "measurements" }>): void {
+    if (told.case === "fluidReply") return this.measurement.answeredFluid(told.value);
+    if (told.case === "measurements") return this.measurement.takeKept(told.value);
+    this.measurement.answered(told.value);
+    this.points.answered(told.value);
   }
 
   choose(tool: Tool): void {
@@ -209,6 +221,11 @@ export class PictureOverlay {
     this.measurement.refresh();
     this.scalpel.refresh();
     this.scalpel.viewMayHaveChanged();
+  }
+
+  private showFrame(number: bigint): void {
+    if (this.from.isFrozen()) this.from.send({ case: "cine", value: { wish: CineWish.LIVE } });
+    this.from.send({ case: "replay", value: { wish: ReplayWish.FRAME, value: Number(number) } });
   }
 
   /** Saves the picture, with its scale if that is wanted. */

@@ -10,7 +10,6 @@ import { numberBox, sliderOf } from "./number_inputs";
 import { numberOf, type Value, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
 import { fullTitle, namesOf, rowTitle, type ColourSetting, type Setting } from "./settings_layout";
-import { TransferEditor } from "./transfer_editor";
 
 interface Frame {
   name: string;
@@ -162,10 +161,24 @@ export class SettingRows {
     return row;
   }
 
+  /** Loaded when it is first seen: few users open it. */
   private transferEditor(name: string): HTMLElement {
-    const transfer = new TransferEditor((text) => this.editor.set([[name, text]]));
-    this.onRefresh(() => transfer.show(this.editor.text(name)));
-    return transfer.root;
+    const place = element("div", {});
+    const load = async () => {
+      const { TransferEditor } = (await import("./transfer_editor.js")) as typeof import("./transfer_editor");
+      const transfer = new TransferEditor((text) => this.editor.set([[name, text]]));
+      place.replaceWith(transfer.root);
+      const show = () => transfer.show(this.editor.text(name));
+      this.onRefresh(show);
+      show();
+    };
+    const seen = new IntersectionObserver((entries) => {
+      if (!entries.some(({ isIntersecting }) => isIntersecting)) return;
+      seen.disconnect();
+      load().catch((error: Error) => (place.textContent = `The curve could not be loaded: ${error.message}`));
+    });
+    seen.observe(place);
+    return place;
   }
 
   private defaultOf(name: string): Value {

@@ -9,15 +9,6 @@ export type SurfaceAnswer = (Mm | undefined)[];
 
 const kMostWaiting = 32;
 
-/** DepthRequest */
-export interface DepthQuestion {
-  requestId: bigint;
-  pixels: { column: number; row: number }[];
-  /** Of the picture in which they are counted. */
-  width: number;
-  height: number;
-}
-
 export class SurfacePoints {
   private lastId = 1n << 32n; // of these requests; others count from 1
   private readonly waiting = new Map<bigint, (points: SurfaceAnswer | undefined) => void>();

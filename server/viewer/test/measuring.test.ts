@@ -1,8 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { create } from "@bufbuild/protobuf";
+import { MeasurementListSchema, MeasurementSchema, type Picture } from "../generated/fanlight_pb.js";
+import type { MeasurementWish } from "../src/measuring/kept_measurements";
 import { ellipseOf, ellipsePoints, figuresOf, figureText, volumeOf, type Mm } from "../src/measuring/figures";
-import { csvOf, measurementLine, MeasurementList, measurementText, placeSdMm } from "../src/measuring/measurement_list";
+import {
+  csvOf,
+  measurementLine,
+  MeasurementList,
+  measurementText,
+  placeSdMm,
+  volumeOfPicture,
+  type Measurement,
+} from "../src/measuring/measurement_list";
 
 const sd = (mm: number): Mm => [mm, mm, mm];
 const circle = (radiusMm: number, zMm: number, points = 60): Mm[] =>
@@ -122,7 +133,9 @@ test("figures are written with their uncertainty, rounded up", () => {
   assert.equal(figureText({ ...figure, unit: "mm²", value: 1234, uncertainty: 21 }), "12.34 ± 0.21 cm²");
 });
 
-const base = { place: "in plane A", volumeId: 7n, sdMm: placeSdMm([0.6, 0.6, 4], 0.3) };
+const pictureOf = (volume: bigint) =>
+  ({ volumeId: volume, firstFrameNumber: 10n * volume, lastFrameNumber: 10n * volume + 9n }) as Picture;
+const base = { place: "in plane A", of: volumeOfPicture(pictureOf(7n)), sdMm: placeSdMm([0.6, 0.6, 4], 0.3) };
 const distance = {
   ...base,
   kind: "distance",
@@ -135,7 +148,7 @@ const distance = {
 test("the list keeps what was measured, by volume, with names of the user's", () => {
   const list = new MeasurementList();
   const first = list.add(distance)!;
-  list.add({ ...distance, volumeId: 8n });
+  list.add({ ...distance, of: volumeOfPicture(pictureOf(8n)) });
   assert.equal(
     list.add({
       ...distance,
@@ -149,27 +162,22 @@ test("the list keeps what was measured, by volume, with names of the user's", ()
     undefined,
   );
   assert.equal(measurementText(first), "5.0 ± 0.3 mm");
-  list.rename(first.id, " BPD ");
+  list.rename(first, " BPD ");
   assert.equal(measurementLine(list.all()[0]!), "BPD Distance: 5.0 ± 0.3 mm");
-  list.rename(first.id, "");
-  assert.equal(list.all()[0]!.name, "1");
-  assert.deepEqual(
-    list.of(8n).map(({ id }) => id),
-    [2],
-  );
+  list.rename(first, "");
+  assert.equal(list.all()[0]!.name, "BPD");
+  const names = (of: readonly Measurement[]) => of.map(({ name }) => name).join(" ");
+  assert.equal(names(list.of(pictureOf(8n))), "2");
   for (const z of [-4, 0, 4]) list.add({ ...base, kind: "area", points: circle(5, z) });
-  const volume = list.addVolume(7n)!;
+  const volume = list.addVolume(pictureOf(7n))!;
   assert.equal(volume.place, "of the outlines 3, 4, 5");
   near(volume.figures[0]?.value, (Math.PI * 25 * 12) / 1000, 0.01);
-  assert.equal(list.addVolume(8n), undefined);
-  assert.equal(list.addVolume(7n), undefined, "these outlines are used");
-  list.remove(first.id);
-  assert.deepEqual(
-    list.all().map(({ id }) => id),
-    [2, 3, 4, 5, 6],
-  );
-  list.startRun(99n); // a volume with the same number is another one
-  assert.deepEqual(list.of(8n), []);
+  assert.equal(list.addVolume(pictureOf(8n)), undefined);
+  assert.equal(list.addVolume(pictureOf(7n)), undefined, "these outlines are used");
+  list.remove(first);
+  assert.equal(names(list.all()), "2 3 4 5 6");
+  list.startRun(99n, false); // a volume with the same number is another one
+  assert.deepEqual(list.of(pictureOf(8n)), []);
   assert.equal(list.all().length, 5);
   list.clear();
   assert.deepEqual(list.all(), []);
@@ -177,7 +185,7 @@ test("the list keeps what was measured, by volume, with names of the user's", ()
 
 test("the file has a line for each figure, and nothing that a spreadsheet computes", () => {
   const list = new MeasurementList();
-  const { id } = list.add({
+  const made = list.add({
     ...distance,
     path: [
       [0, 0, 0],
@@ -186,17 +194,71 @@ test("the file has a line for each figure, and nothing that a spreadsheet comput
     ],
     captured: new Date(0),
   })!;
-  list.rename(id, '=1+1,"a"');
+  list.rename(made, '=1+1,"a"');
   const [head, straight, along, end] = csvOf(list.all()).split("\r\n");
   assert.match(head!, /^\ufeffname,kind,figure,value,unit,standard_deviation,place,volume_id,run_id,captured,points/);
   assert.equal(
     straight,
-    `"'=1+1,""a""",distance,straight,5.000,mm,0.274,in plane A,7,0,1970-01-01T00:00:00.000Z,"0.00 0.00 0.00; 3.00 4.00 0.00",Not for diagnosis.`,
+    `"'=1+1,""a""",distance,straight,5.000,mm,0.274,in plane A,7,0,1970-01-01T00:00:00.000Z,"0.00 0.00 0.00; 3.00 4.00 0.00",Not for diagnosis.,70,79`,
   );
   assert.match(along!, /along the surface,7.000,mm/);
   for (const name of ["-2+3", "-2-3", "@a", "+1"]) {
-    list.rename(id, name);
+    list.rename(made, name);
     assert.ok(csvOf(list.all()).includes(`\r\n'${name},`), name);
   }
   assert.equal(end, "");
+});
+
+/** The list of a server that got these wishes. */
+function told(wishes: readonly MeasurementWish[], withRecording = false) {
+  const changed = wishes.flatMap(({ wish }) => (wish?.case === "add" ? [create(MeasurementSchema, wish.value)] : []));
+  return create(MeasurementListSchema, { ids: changed.map(({ id }) => id), changed, withRecording });
+}
+
+test("what the server keeps comes back whole, on the volume with the same frames", () => {
+  const wishes: MeasurementWish[] = [];
+  const list = new MeasurementList((wish) => wishes.push(wish));
+  list.startRun(5n, true);
+  const made = list.add({ ...distance, across: [0, 0, 1], path: distance.points, captured: new Date(1234) })!;
+  assert.equal(made.isKept, false);
+  const answer = told(wishes, true);
+  list.take(answer);
+  assert.deepEqual(list.all(), [{ ...made, isKept: true }]);
+  // Another start plays the recording, whose volumes have other ids there.
+  const later = new MeasurementList((wish) => wishes.push(wish));
+  later.startRun(6n, false);
+  later.take(answer);
+  const again = { ...pictureOf(7n), volumeId: 99n };
+  assert.equal(later.of(again)[0]?.name, "1");
+  assert.equal(later.of({ ...again, lastFrameNumber: 78n }).length, 1, "a replay ends the sweep a frame earlier");
+  assert.deepEqual(later.of({ ...again, lastFrameNumber: 81n }), []);
+  assert.equal(later.mayChange(later.all()[0]!), false);
+  later.clear();
+  assert.equal(later.all().length, 1, "a viewer removes nothing of the server's");
+  assert.equal(wishes.length, 1);
+});
+
+test("measurements of this page and of other displays are one list", () => {
+  const wishes: MeasurementWish[] = [];
+  const list = new MeasurementList((wish) => wishes.push(wish));
+  list.startRun(5n, true);
+  const mine = list.add(distance)!;
+  const other = new MeasurementList((wish) => wishes.push(wish));
+  other.startRun(5n, true);
+  other.add({ ...distance, of: volumeOfPicture(pictureOf(8n)) });
+  list.take(told(wishes));
+  assert.deepEqual(
+    list.all().map(({ isKept }) => isKept),
+    [true, true],
+  );
+  assert.equal(list.add(distance)!.name, "2", "the next number");
+  list.remove(list.all()[0]!);
+  assert.deepEqual(wishes.at(-1), { wish: { case: "remove", value: mine.id } });
+  // The list of before the removal brings nothing back.
+  list.take(create(MeasurementListSchema, { ids: told(wishes.slice(0, 2)).ids }));
+  assert.ok(!list.all().some(({ id }) => id === mine.id));
+  list.take(create(MeasurementListSchema, {}));
+  assert.equal(list.all().length, 1, "what the server has not taken yet stays");
+  list.startRun(6n, true);
+  assert.deepEqual(list.of(pictureOf(7n)), []);
 });

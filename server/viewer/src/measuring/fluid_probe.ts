@@ -5,7 +5,7 @@ import type { FluidReply, Picture } from "../../generated/fanlight_pb.js";
 import { find } from "../element";
 import type { Figure, Mm } from "./figures";
 import { figureText } from "./figures";
-import { kNotForDiagnosis, type Measurement, type MeasurementList } from "./measurement_list";
+import { kNotForDiagnosis, volumeOfPicture, type Measurement, type MeasurementList } from "./measurement_list";
 import { regionGrid, type RegionGrid } from "./region_border";
 
 const kStepDb = 1.5; // of the border's level, as the deviation is for
@@ -145,7 +145,7 @@ export class FluidProbe {
         place: `clicked ${offer.place}${shiftText(offer.borderDb)}`,
         points: [offer.at],
         region: offer.grid,
-        volumeId: offer.picture.volumeId,
+        of: volumeOfPicture(offer.picture),
         ...(captured && { captured }),
       },
       offer.volume,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is measured, beside the picture; and the list of what was measured, in the panel.
+import type { Picture } from "../../generated/fanlight_pb.js";
 import { element, find } from "../element";
 import { planeThrough, type PlaneView } from "../plane_through";
 import { saveFile, timeInName } from "../save_file";
@@ -18,6 +19,8 @@ export interface MeasurePanelEvents {
   wantVolume(): void;
   /** The plane through both points of a distance. */
   wantPlane(view: PlaneView): void;
+  /** The sweep of a frame of the recording that is played. */
+  wantFrame(number: bigint): void;
   /** The list has changed. */
   changed(): void;
 }
@@ -31,6 +34,7 @@ export class MeasurePanel {
   private readonly takeBack = find("#take-back", HTMLButtonElement);
   private readonly section = find("#measurements", HTMLDetailsElement);
   private readonly items = find("#measurement-list", HTMLUListElement);
+  private readonly where = find("#measurements-kept", HTMLElement);
   private readonly forget = find("#forget-measurements", HTMLButtonElement);
   private readonly volume = find("#measure-volume", HTMLButtonElement);
 
@@ -68,25 +72,34 @@ export class MeasurePanel {
     this.close.hidden = this.kind() !== "area" || points < 3;
   }
 
-  /** `volumeId`: of the picture. */
-  showList(volumeId: bigint | undefined): void {
+  showList(picture: Picture | undefined): void {
     const all = this.list.all();
     this.section.hidden = all.length === 0;
-    this.volume.hidden = this.list.outlinesOf(volumeId).length < 3;
-    const shown = this.list.of(volumeId);
-    // An item stays while nothing changes: it may be about to be clicked.
-    const key = [this.mayMovePlanes, ...all.map((each) => `${each.id} ${each.name} ${shown.includes(each)}`)].join();
+    this.volume.hidden = this.list.outlinesOf(picture).length < 3;
+    const shown = this.list.of(picture);
+    this.where.textContent = this.whereKept();
+    // An item stays while nothing that it shows changes: it may be about to be clicked.
+    const key = [
+      this.mayMovePlanes,
+      this.list.withRecording,
+      ...all.map((each) => {
+        const is = [shown.includes(each), this.list.mayChange(each), this.list.isOfThisRun(each)];
+        return `${each.id} ${each.name} ${is.join(" ")}`;
+      }),
+    ].join();
     if (key === this.shownKey || this.items.contains(document.activeElement)) return; // a name is being typed
     this.shownKey = key;
     this.items.replaceChildren(...all.map((each) => this.item(each, shown.includes(each))));
   }
 
   private item(measurement: Measurement, isShown: boolean): HTMLElement {
-    const { id, name, kind, place, volumeId, figures } = measurement;
-    const isOfThisRun = this.list.isOfThisRun(measurement);
-    const input = element("input", { value: name, maxLength: 24, ariaLabel: `Name of measurement ${id}` });
+    const { name, kind, place, figures } = measurement;
+    const mayChange = this.list.mayChange(measurement);
+    const input = element("input", { value: name, maxLength: 24, ariaLabel: `Name of measurement ${name}` });
+    input.readOnly = !mayChange;
     input.onchange = () => {
-      this.list.rename(id, input.value);
+      this.list.rename(measurement, input.value);
+      if (!input.value.trim()) input.value = name;
       input.blur();
       this.events.changed();
     };
@@ -94,25 +107,58 @@ export class MeasurePanel {
     const remove = element("button", { type: "button", textContent: "×", ariaLabel: `Remove measurement ${name}` });
     remove.onclick = () => {
       const at = [...this.items.children].indexOf(item);
-      this.list.remove(id);
+      this.list.remove(measurement);
       remove.blur();
       this.events.changed();
       const next = this.items.children[at] ?? this.items.lastElementChild;
       next?.querySelector<HTMLElement>("button")?.focus();
     };
-    const where = isShown
-      ? place
-      : `${place}, volume ${volumeId}${isOfThisRun ? "" : ", before the server was started again"}`;
+    remove.disabled = !mayChange;
+    const where = isShown ? place : `${place}, ${this.volumeText(measurement)}`;
     const text = element("span", {}, `${kindTitle(kind)} ${where}`);
     for (const figure of figures) {
       const what = figures.length > 1 ? ` ${figure.name}` : "";
       text.append(element("div", {}, element("b", {}, figureText(figure)), what));
     }
     const item = element("li", {}, input, text, remove);
-    const plane = this.planeOf(measurement);
+    if (!isShown && this.mayMovePlanes && this.list.withRecording && measurement.isKept)
+      item.append(this.goTo(measurement));
+    const plane = isShown && this.planeOf(measurement);
     if (plane) item.append(plane);
     item.classList.toggle("elsewhere", !isShown);
     return item;
+  }
+
+  private volumeText({ volumeId, runId, isKept, first, last }: Measurement): string {
+    if (this.list.isOfThisRun({ runId })) return `volume ${volumeId}`;
+    return isKept ? `frames ${first} to ${last}` : "before the server was started again";
+  }
+
+  /** Where the measurements are kept. */
+  private whereKept(): string {
+    const { trouble, withRecording } = this.list;
+    const all = this.list.all();
+    const onPage = all.filter(({ isKept }) => !isKept).length;
+    const place = withRecording ? "with this recording" : "on the server until it stops, and with recordings of them";
+    const kept = onPage < all.length ? `Kept ${place}.` : "";
+    const own = onPage > 0 ? `${onPage} of ${all.length} on this page only.` : "";
+    return [trouble || kept, own].filter(Boolean).join(" ");
+  }
+
+  /** A button for the volume of a measurement. */
+  private goTo({ name, first, last }: Measurement): HTMLButtonElement {
+    const button = element("button", {
+      type: "button",
+      className: "wide",
+      textContent: "Go to its volume",
+      title: "Show the sweep of the recording on which it was measured",
+      ariaDescription: `of measurement ${name}`,
+    });
+    button.onclick = () => {
+      button.blur(); // the item is made again
+      this.events.wantFrame((first + last) / 2n);
+    };
+    return button;
   }
 
   /** A button for the plane through both points of a distance. */

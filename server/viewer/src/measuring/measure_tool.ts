@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures on a frozen volume: points of the surface, or of one of the planes, make a distance, an angle, an ellipse or
 // an area. Measurements stay in a list, and are drawn wherever their volume shows their place.
-import type { DepthReply, FluidReply, Picture, View } from "../../generated/fanlight_pb.js";
-import type { PlaneView } from "../plane_through";
-import type { BodyPoint, ShownPlane } from "../shown_planes";
+import type { DepthReply, FluidReply, MeasurementList as KeptList, Picture } from "../../generated/fanlight_pb.js";
+import type { ShownPlane } from "../shown_planes";
 import { planeAt, pointAt } from "../shown_planes";
-import { picturePixel, type PagePoint, type Size } from "../view_geometry";
+import { picturePixel, type PagePoint } from "../view_geometry";
 import { kKinds, type Kind, type Mm } from "./figures";
-import { FluidProbe, type FluidQuestion } from "./fluid_probe";
+import { FluidProbe } from "./fluid_probe";
+import type { MeasureEvents } from "./measure_events";
 import { MeasurePanel } from "./measure_panel";
 import { borderParts, clickedParts, drawnParts, fluidParts, type DrawnMeasurement } from "./measured_drawing";
-import { acrossOf, planePlaces, surfacePlaces } from "./measured_places";
+import { acrossOf, forwardOf, mmOf, pixelAt, planePlaces, surfacePlaces } from "./measured_places";
 import {
   kNotForDiagnosis,
   measurementLine,
   MeasurementList,
   measurementText,
   placeSdMm,
+  volumeOfPicture,
   type Measurement,
 } from "./measurement_list";
 import { kDrawnHeight, pathPixels } from "./surface_path";
@@ -31,30 +32,6 @@ const kUnfit: Readonly<Record<Kind, string>> = {
   area: "its outline crosses itself, or is too small.",
   fluid: "", // the server says why
 };
-
-export interface MeasureEvents {
-  isFrozen(): boolean;
-  mayFreeze(): boolean;
-  freeze(): void;
-  showsSurface(): boolean;
-  /** Of the scene, which the picture on show may not show yet. */
-  planes(size: Size): ShownPlane[];
-  /** Whether the picture shows the values of the scene. */
-  isCurrent(): boolean;
-  fullSize(): Size;
-  showPlane(view: PlaneView): void;
-  mode(): string;
-  /** From the view plane to the camera's target. */
-  targetDepthMm(): number;
-  /** Of what is drawn: of the picture, or a preview. */
-  view(): View | undefined;
-  /** When the picture was captured, where that is known. */
-  captured(picture: Picture): Date | undefined;
-  ask(requestId: bigint, pixels: PagePoint[]): void;
-  askFluid(question: FluidQuestion): void;
-  /** Empty: nothing to say. */
-  say(sentence: string): void;
-}
 
 /** What is clicked so far. */
 interface Pending {
@@ -74,7 +51,7 @@ interface Asked {
 }
 
 export class MeasureTool {
-  private readonly list = new MeasurementList();
+  private readonly list: MeasurementList;
   private readonly panel: MeasurePanel;
   private readonly fluid: FluidProbe;
   private pending: Pending | undefined;
@@ -89,12 +66,14 @@ export class MeasureTool {
     private readonly overlay: SVGSVGElement,
     private readonly events: MeasureEvents,
   ) {
+    this.list = new MeasurementList((wish) => events.keep(wish));
     this.panel = new MeasurePanel(this.list, {
       kindChosen: () => this.restart(),
       close: () => this.finish(),
       takeBack: () => this.takeBack(),
       wantVolume: () => this.measureVolume(),
       wantPlane: (view) => this.events.showPlane(view),
+      wantFrame: (number) => this.events.showFrame(number),
       changed: () => this.draw(),
     });
     this.fluid = new FluidProbe(this.list, {
@@ -119,11 +98,17 @@ export class MeasureTool {
     this.restart();
   }
 
-  /** Begins a session. `runId`: Hello.run_id. */
-  start(runId: bigint): void {
+  /** Begins a session. `runId`: Hello.run_id. `mayKeep`: whether it may keep measurements on the server. */
+  start(runId: bigint, mayKeep: boolean): void {
     this.pending = this.asked = this.picture = undefined;
     this.fluid.drop();
-    this.list.startRun(runId);
+    this.list.startRun(runId, mayKeep);
+    this.draw();
+  }
+
+  /** The measurements that the server keeps. */
+  takeKept(kept: KeptList): void {
+    this.list.take(kept);
     this.draw();
   }
 
@@ -226,14 +211,14 @@ export class MeasureTool {
   /** Whether this display may move the planes. */
   allow(may: boolean): void {
     this.panel.allowPlanes(may);
-    this.panel.showList(this.picture?.volumeId);
+    this.panel.showList(this.picture);
   }
 
   /** For a still: one line for each measurement that is drawn, and for each volume. */
   lines(): string[] {
     const drawn = this.drawn().map(({ measurement }) => measurement);
     const volumes = this.list
-      .of(this.picture?.volumeId)
+      .of(this.picture)
       .filter((each) => ["volume", "fluid"].includes(each.kind) && !drawn.includes(each));
     return [...drawn, ...volumes].map(measurementLine);
   }
@@ -293,7 +278,7 @@ export class MeasureTool {
       points,
       ...(path && { path }),
       ...(across && { across }),
-      volumeId: picture.volumeId,
+      of: volumeOfPicture(picture),
       ...(captured && { captured }),
       sdMm,
     });
@@ -308,7 +293,7 @@ export class MeasureTool {
   }
 
   private measureVolume(): void {
-    const made = this.picture && this.list.addVolume(this.picture.volumeId);
+    const made = this.picture && this.list.addVolume(this.picture);
     this.say(
       made
         ? `${measurementText(made)}, ${made.place}. ${kNotForDiagnosis}`
@@ -351,7 +336,7 @@ export class MeasureTool {
       const place = isOnSurface ? this.surfacePlaces() : planePlaces(measurement, planes, height);
       return place && drawnParts(measurement, place, this.drawnWidth);
     };
-    return this.list.of(this.picture?.volumeId).flatMap((measurement) => {
+    return this.list.of(this.picture).flatMap((measurement) => {
       const parts = partsOf(measurement);
       return parts ? [{ measurement, parts }] : [];
     });
@@ -382,19 +367,6 @@ export class MeasureTool {
     this.fluid.setSeen(offered.length > 0);
     this.overlay.replaceChildren(...this.drawn().flatMap(({ parts }) => parts), ...offered, ...underWay);
     this.panel.underWay(clicks.length);
-    this.panel.showList(this.picture?.volumeId);
+    this.panel.showList(this.picture);
   }
-}
-
-function forwardOf(view: View | undefined): Mm | undefined {
-  return view?.matrix.length === 16 ? [view.matrix[2]!, view.matrix[6]!, view.matrix[10]!] : undefined;
-}
-
-function mmOf({ x, y, z }: BodyPoint): Mm {
-  return [x, y, z];
-}
-
-function pixelAt({ x, y }: PagePoint, { width, height }: Size): PagePoint {
-  const within = (at: number, size: number) => Math.min(size - 1, Math.max(0, Math.floor(at * size)));
-  return { x: within(x, width), y: within(y, height) };
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where points of measurements are drawn, in the units of what is drawn over the picture: kDrawnHeight high.
 import type { View } from "../../generated/fanlight_pb.js";
-import { pixelIn, planeAt, type ShownPlane } from "../shown_planes";
+import { pixelIn, planeAt, type BodyPoint, type ShownPlane } from "../shown_planes";
 import { surfacePart, type PagePoint, type Size } from "../view_geometry";
 import type { Mm } from "./figures";
 import type { Measurement } from "./measurement_list";
@@ -48,6 +48,21 @@ export function surfacePlaces(mode: string, full: Size, view: View | undefined):
     // A pixel is drawn at its middle.
     return drawnAt({ x: pixel.x + 0.5, y: pixel.y + 0.5 }, full.height || 1);
   };
+}
+
+export function mmOf({ x, y, z }: BodyPoint): Mm {
+  return [x, y, z];
+}
+
+/** Along the view, away from the viewer. */
+export function forwardOf(view: View | undefined): Mm | undefined {
+  return view?.matrix.length === 16 ? [view.matrix[2]!, view.matrix[6]!, view.matrix[10]!] : undefined;
+}
+
+/** The pixel at a place that is given in shares of the picture. */
+export function pixelAt({ x, y }: PagePoint, { width, height }: Size): PagePoint {
+  const within = (at: number, size: number) => Math.min(size - 1, Math.max(0, Math.floor(at * size)));
+  return { x: within(x, width), y: within(y, height) };
 }
 
 /** At right angles to the plane. */

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The measurements of a session, and their file.
+import type { MeasurementList as KeptList, Picture } from "../../generated/fanlight_pb.js";
+import { keptMeasurement, wishToAdd, type MeasurementWish } from "./kept_measurements";
 import type { RegionGrid } from "./region_border";
 import { figuresOf, figureText, kKinds, volumeOf, type Figure, type Kind, type Mm } from "./figures";
 
@@ -8,7 +10,10 @@ const kMost = 200;
 const kBorderMoves = "The deviation is that of a border 1.5 dB higher or lower.";
 
 export interface Measurement {
-  id: number;
+  /** Random. */
+  id: bigint;
+  /** The server keeps it; else this page alone has it. */
+  isKept: boolean;
   /** The user's, or its number. */
   name: string;
   kind: Kind | "volume";
@@ -23,6 +28,9 @@ export interface Measurement {
   region?: RegionGrid;
   /** Standard deviation of each point along x, y and z. */
   sdMm: Mm;
+  /** Picture.first_frame_number and last_frame_number of its volume. */
+  first: bigint;
+  last: bigint;
   volumeId: bigint;
   /** Hello.run_id. */
   runId: bigint;
@@ -30,7 +38,15 @@ export interface Measurement {
   figures: readonly Figure[];
 }
 
-export type NewMeasurement = Omit<Measurement, "id" | "name" | "kind" | "runId" | "figures"> & { kind: Kind };
+type Made = Omit<Measurement, "id" | "isKept" | "name" | "runId" | "figures" | keyof VolumeKey> & { of: VolumeKey };
+export type NewMeasurement = Made & { kind: Kind };
+
+/** The volume that a picture shows. */
+type VolumeKey = Pick<Measurement, "first" | "last" | "volumeId">;
+
+export function volumeOfPicture({ firstFrameNumber, lastFrameNumber, volumeId }: Picture): VolumeKey {
+  return { first: firstFrameNumber, last: lastFrameNumber, volumeId };
+}
 
 /**
  * Standard deviation of a point along x, y and z: the true place is anywhere between two samples, and in the pixel that
@@ -43,24 +59,55 @@ export function placeSdMm(samplesMm: readonly number[], pixelMm: number): Mm {
 
 export class MeasurementList {
   private kept: Measurement[] = [];
-  private lastId = 0;
+  private lastNumber = 0;
   private runId = 0n;
+  /** Where the server keeps them, and what went wrong there. */
+  withRecording = false;
+  trouble = "";
+  /** Whether this session may keep measurements on the server. */
+  mayKeep = false;
+
+  /** `send`: to the server. */
+  constructor(private readonly send: (wish: MeasurementWish) => void = () => {}) {}
 
   /** What follows is measured on volumes of this start of the server; what was measured before stays in the list. */
-  startRun(runId: bigint): void {
+  startRun(runId: bigint, mayKeep: boolean): void {
+    if (runId !== this.runId) this.kept = this.kept.map((each) => ({ ...each, isKept: false }));
     this.runId = runId;
+    this.mayKeep = mayKeep;
+  }
+
+  /** The server has told what it keeps. */
+  take({ ids, changed, withRecording, trouble }: KeptList): void {
+    this.withRecording = withRecording;
+    this.trouble = trouble;
+    const known = new Map(this.kept.map((each) => [each.id, each]));
+    for (const each of changed.map(keptMeasurement)) if (each) known.set(each.id, each);
+    const listed = ids.flatMap((id) => {
+      const each = known.get(id);
+      return each ? [{ ...each, isKept: true }] : [];
+    });
+    const own = this.kept.filter(({ id, isKept }) => !isKept && !ids.includes(id));
+    const isBefore = (each: Measurement) => each.runId !== this.runId;
+    this.kept = [...own.filter(isBefore), ...listed, ...own.filter((each) => !isBefore(each))];
+    for (const { name } of this.kept) this.lastNumber = Math.max(this.lastNumber, Number(name) || 0);
+  }
+
+  mayChange({ isKept }: Measurement): boolean {
+    return this.mayKeep || !isKept;
   }
 
   all(): readonly Measurement[] {
     return this.kept;
   }
 
-  /** Those of a volume of the present start. */
-  of(volumeId: bigint | undefined): Measurement[] {
-    return this.kept.filter((each) => each.volumeId === volumeId && each.runId === this.runId);
+  /** Those on the volume of a picture. */
+  of(picture: Picture | undefined): Measurement[] {
+    if (!picture) return [];
+    return this.kept.filter((each) => isOfVolume(each, picture) && (each.isKept || this.isOfThisRun(each)));
   }
 
-  isOfThisRun({ runId }: Measurement): boolean {
+  isOfThisRun({ runId }: Pick<Measurement, "runId">): boolean {
     return runId === this.runId;
   }
 
@@ -74,49 +121,66 @@ export class MeasurementList {
   }
 
   /** Fluid, with its volume; undefined where the list is full. */
-  addFluid(of: Pick<Measurement, "place" | "points" | "region" | "volumeId" | "captured">, volume: Figure) {
+  addFluid(of: Pick<Made, "place" | "points" | "region" | "of" | "captured">, volume: Figure) {
     return this.isFull ? undefined : this.keep({ ...of, kind: "fluid", sdMm: [0, 0, 0] }, [volume]);
   }
 
   /** The volume inside outlinesOf(); undefined where they are fewer than three, or not parallel. */
-  addVolume(volumeId: bigint): Measurement | undefined {
-    const outlines = this.outlinesOf(volumeId);
+  addVolume(picture: Picture): Measurement | undefined {
+    const outlines = this.outlinesOf(picture);
     const volume = this.isFull ? undefined : volumeOf(outlines);
     if (!volume) return undefined;
     const place = `of the outlines ${outlines.map(({ name }) => name).join(", ")}`;
     const captured = outlines[0]?.captured;
-    const of = { kind: "volume", place, points: [], sdMm: [0, 0, 0], volumeId } as const;
-    return this.keep({ ...of, ...(captured && { captured }) }, [volume]);
+    const made = { kind: "volume", place, points: [], sdMm: [0, 0, 0], of: volumeOfPicture(picture) } as const;
+    return this.keep({ ...made, ...(captured && { captured }) }, [volume]);
   }
 
   /** The outlines in planes of an image volume since the last measured volume in it, so that several can be measured. */
-  outlinesOf(volumeId: bigint | undefined): Measurement[] {
-    const all = this.of(volumeId);
-    const last = all.filter(({ kind }) => kind === "volume").at(-1);
-    return all.filter(({ id, kind, place }) => kind === "area" && place.startsWith("in ") && id > (last?.id ?? 0));
+  outlinesOf(picture: Picture | undefined): Measurement[] {
+    const all = this.of(picture);
+    const since = all.slice(all.map(({ kind }) => kind).lastIndexOf("volume") + 1);
+    return since.filter(({ kind, place }) => kind === "area" && place.startsWith("in "));
   }
 
-  rename(id: number, name: string): void {
-    this.kept = this.kept.map((each) => (each.id === id ? { ...each, name: name.trim() || String(id) } : each));
+  /** An empty name changes nothing. */
+  rename({ id, isKept }: Measurement, wanted: string): void {
+    const name = wanted.trim();
+    if (!name) return;
+    this.kept = this.kept.map((each) => (each.id === id ? { ...each, name } : each));
+    if (isKept) this.send({ wish: { case: "rename", value: { id, name } } });
   }
 
-  remove(id: number): void {
+  remove({ id, isKept }: Measurement): void {
     this.kept = this.kept.filter((each) => each.id !== id);
+    if (isKept) this.send({ wish: { case: "remove", value: id } });
   }
 
+  /** All that this session may remove. */
   clear(): void {
-    this.kept = [];
-    this.lastId = 0;
+    const areKept = this.mayKeep && this.kept.some(({ isKept }) => isKept);
+    this.kept = this.kept.filter((each) => !this.mayChange(each));
+    this.lastNumber = 0;
+    if (areKept) this.send({ wish: { case: "removeAll", value: true } });
   }
 
-  private keep(of: Omit<Measurement, "id" | "name" | "runId" | "figures">, figures: Figure[]): Measurement | undefined {
+  private keep({ of, ...what }: Made, figures: Figure[]): Measurement | undefined {
     const isKnown = ({ value, uncertainty }: Figure) => Number.isFinite(value) && Number.isFinite(uncertainty);
     if (figures.length === 0 || !figures.every(isKnown)) return undefined;
-    const id = (this.lastId += 1);
-    const made = { ...of, id, name: String(id), runId: this.runId, figures };
+    const [id] = crypto.getRandomValues(new BigUint64Array(1)) as unknown as [bigint];
+    const name = String((this.lastNumber += 1));
+    const made = { ...what, ...of, id, isKept: false, name, runId: this.runId, figures };
     this.kept.push(made);
+    if (this.mayKeep) this.send(wishToAdd(made));
     return made;
   }
+}
+
+/** Measurement.first_frame_number */
+function isOfVolume({ first, last }: Measurement, { firstFrameNumber, lastFrameNumber }: Picture): boolean {
+  const most = (last - first + 1n) / 10n;
+  const isNear = (a: bigint, b: bigint) => a - b <= most && b - a <= most;
+  return isNear(first, firstFrameNumber) && isNear(last, lastFrameNumber);
 }
 
 export function kindTitle(kind: Measurement["kind"]): string {
@@ -135,7 +199,8 @@ export function measurementLine({ name, kind, figures }: Measurement): string {
 }
 
 const kColumns =
-  "name,kind,figure,value,unit,standard_deviation,place,volume_id,run_id,captured,points_mm_transducer_frame,note";
+  "name,kind,figure,value,unit,standard_deviation,place,volume_id,run_id,captured,points_mm_transducer_frame,note," +
+  "first_frame,last_frame";
 
 /** RFC 4180, one line for each figure. It begins with a byte order mark, by which spreadsheets know UTF-8. */
 export function csvOf(measurements: readonly Measurement[]): string {
@@ -154,6 +219,8 @@ export function csvOf(measurements: readonly Measurement[]): string {
         of.captured?.toISOString() ?? "",
         of.points.map((point) => point.map((mm) => mm.toFixed(2)).join(" ")).join("; "),
         of.kind === "fluid" ? `${kBorderMoves} ${kNotForDiagnosis}` : kNotForDiagnosis,
+        String(of.first),
+        String(of.last),
       ]
         .map(cell)
         .join(","),
