@@ -50,6 +50,7 @@ std::vector<FigureBlock> measured(const Options& options) {
   std::vector<FigureBlock> blocks = measure_small_fans(bench);
   blocks.push_back(measure_scanned_scenes(bench));
   blocks.push_back(measure_fluid_volumes(bench));
+  blocks.push_back(measure_distances(bench));
   blocks.push_back(measure_steady_sequences(bench));
   blocks.push_back(measure_thin_interface(bench));
   blocks.push_back(measure_wombs(bench));

@@ -29,6 +29,9 @@ FigureBlock measure_scanned_scenes(const Workbench& bench);
 /// Closed cavities of fluid as a scanner shows them: the error of their volume, grown from a point.
 FigureBlock measure_fluid_volumes(const Workbench& bench);
 
+/// Distances between points of a surface as a scanner shows it, from several directions.
+FigureBlock measure_distances(const Workbench& bench);
+
 /// Sequences of volumes with filter.steady, at rest and moving, beside single volumes.
 FigureBlock measure_steady_sequences(const Workbench& bench);
 

@@ -20,6 +20,14 @@ async function clickAt(viewer, places) {
   for (const [right, down] of places) await viewer.page.mouse.click(...(await placeOf(viewer, right, down)));
 }
 
+async function tapAt(viewer, right, down) {
+  const [x, y] = await placeOf(viewer, right, down);
+  const devtools = await viewer.page.context().newCDPSession(viewer.page);
+  await devtools.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x, y }] });
+  await devtools.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  await devtools.detach();
+}
+
 const listed = (viewer) => viewer.page.locator("#measurement-list li").allInnerTexts();
 
 async function listHas(viewer, count) {
@@ -186,6 +194,14 @@ test("distances, angles and ellipses are measured in a plane, which shows them, 
     await viewer.page.mouse.dblclick(...(await placeOf(viewer, 0.45, 0.55)));
     assert.match(await listHas(viewer, 5), /cm² flat area/);
     await viewer.screenshot("measured-surface-list");
+
+    // By touch, in a plane: the distance of the beginning once more.
+    await viewer.page.keyboard.press("4");
+    await viewer.settled();
+    await viewer.page.locator("#measure-kind").selectOption("distance");
+    for (const down of [0.2, 0.4]) await tapAt(viewer, 0.15, down);
+    const tapped = Number(/([\d.]+) ± /.exec(await listHas(viewer, 6))[1]);
+    assert.ok(Math.abs(tapped - distance) < 0.5, `${tapped} mm by touch, ${distance} mm by mouse`);
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });
