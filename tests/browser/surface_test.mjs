@@ -367,6 +367,21 @@ test("a picture at rest gets as sharp as the page, and is quick while it moves",
     const { camera } = (await (await fetch(`${server.url}api/scene`)).json()).scene;
     const across = 0.1 * camera.field_mm;
     assert.ok(mm > 0.9 * across && mm < 3 * across, `${mm} mm, ${across} mm across`);
+    // From behind it is faint.
+    const faint = viewer.page.locator("#measurement text.behind");
+    await viewer.page.locator("#views").getByRole("button", { name: "Back" }).click();
+    await until(
+      "a faint distance",
+      () => faint.count(),
+      (count) => count === 1,
+    );
+    await viewer.screenshot("measured-from-behind");
+    await viewer.page.locator("#views").getByRole("button", { name: "Front" }).click();
+    await until(
+      "the distance on the near side",
+      () => faint.count(),
+      (count) => count === 0,
+    );
     assert.deepEqual(viewer.consoleProblems, []);
     await viewer.screenshot("sharp");
     await viewer.page.close();

@@ -129,6 +129,7 @@ export class PictureOverlay {
       mode: () => this.editor.choice("mode"),
       targetDepthMm: () => this.editor.number("camera.distance_mm"),
       view: () => from.drawnView() ?? from.shown()?.view,
+      surfaceAt: (pixel) => from.surfaceAt(pixel),
       ask,
       askFluid: (value) => from.send({ case: "fluid", value }),
       keep: (value) => from.send({ case: "measurement", value }),

@@ -162,6 +162,7 @@ async function imageOf(overlay: SVGSVGElement, canvas: HTMLCanvasElement): Promi
   context.font = "600 14px sans-serif";
   for (const part of overlay.children) {
     if (part.classList.contains("offered")) continue; // not accepted yet
+    context.globalAlpha = part.classList.contains("behind") ? 0.35 : 1; // as overlay.css
     if (part instanceof SVGPathElement) {
       context.setLineDash(part.classList.contains("path") ? [3, 3] : []);
       context.stroke(new Path2D(part.getAttribute("d") ?? ""));

@@ -4,6 +4,7 @@ import type { Picture, View } from "../../generated/fanlight_pb.js";
 import type { PlaneView } from "../plane_through";
 import type { ShownPlane } from "../shown_planes";
 import type { PagePoint, Size } from "../view_geometry";
+import type { Mm } from "./figures";
 import type { FluidQuestion } from "./fluid_probe";
 import type { MeasurementWish } from "./kept_measurements";
 
@@ -24,6 +25,8 @@ export interface MeasureEvents {
   targetDepthMm(): number;
   /** Of what is drawn: of the picture, or a preview. */
   view(): View | undefined;
+  /** The point of the body at a pixel, if this display knows it. */
+  surfaceAt(pixel: PagePoint): Mm | undefined;
   /** When the picture was captured, where that is known. */
   captured(picture: Picture): Date | undefined;
   ask(requestId: bigint, pixels: PagePoint[]): void;

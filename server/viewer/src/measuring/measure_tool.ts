@@ -10,7 +10,7 @@ import { FluidProbe } from "./fluid_probe";
 import type { MeasureEvents } from "./measure_events";
 import { MeasurePanel } from "./measure_panel";
 import { borderParts, clickedParts, drawnParts, fluidParts, type DrawnMeasurement } from "./measured_drawing";
-import { acrossOf, forwardOf, mmOf, pixelAt, planePlaces, surfacePlaces } from "./measured_places";
+import { acrossOf, forwardOf, mmOf, pixelAt, planePane, surfacePane } from "./measured_places";
 import {
   kNotForDiagnosis,
   measurementLine,
@@ -333,8 +333,8 @@ export class MeasureTool {
     const partsOf = (measurement: Measurement) => {
       if (measurement.kind === "fluid") return fluidParts(measurement, planes, height);
       const isOnSurface = measurement.place === kSurface;
-      const place = isOnSurface ? this.surfacePlaces() : planePlaces(measurement, planes, height);
-      return place && drawnParts(measurement, place, this.drawnWidth);
+      const pane = isOnSurface ? this.surfacePane() : planePane(measurement, planes, height);
+      return pane && drawnParts(measurement, pane);
     };
     return this.list.of(this.picture).flatMap((measurement) => {
       const parts = partsOf(measurement);
@@ -346,8 +346,10 @@ export class MeasureTool {
     return this.events.isCurrent() ? this.events.planes(this.canvas) : [];
   }
 
-  private surfacePlaces() {
-    return surfacePlaces(this.events.mode(), this.events.fullSize(), this.events.view());
+  private surfacePane() {
+    return surfacePane(this.events.mode(), this.events.fullSize(), this.events.view(), (pixel) =>
+      this.events.surfaceAt(pixel),
+    );
   }
 
   /** Lines and texts have one size whatever that of the picture. */

@@ -4,7 +4,7 @@ import { drawing } from "../element";
 import type { PagePoint } from "../view_geometry";
 import type { ShownPlane } from "../shown_planes";
 import { ellipseOf, ellipsePoints, figureText, type Mm } from "./figures";
-import { drawnAt, placesIn } from "./measured_places";
+import { drawnAt, paneOf, type Pane } from "./measured_places";
 import type { Measurement } from "./measurement_list";
 import { borderIn, type RegionGrid } from "./region_border";
 
@@ -16,25 +16,18 @@ export interface DrawnMeasurement {
   parts: SVGElement[];
 }
 
-/**
- * `place`: where a point of the body is drawn. `width`: of the picture. undefined where the picture does not show all of
- * its points.
- */
-export function drawnParts(
-  measurement: Measurement,
-  place: (point: Mm) => PagePoint | undefined,
-  width: number,
-): SVGElement[] | undefined {
+/** undefined where the pane does not show all of its points. */
+export function drawnParts(measurement: Measurement, { place, right, isBehind }: Pane): SVGElement[] | undefined {
   const corners = all(measurement.points.map(place));
   if (!corners || corners.length === 0) return undefined;
   const lines = linesOf(measurement).flatMap(({ points, dashed }) => {
     const line = all(points.map(place));
     return line ? [drawing("path", { d: pathOf(line), ...(dashed && { class: "path" }) })] : [];
   });
-  const text = `${measurement.name}: ${figureText(measurement.figures[0]!)}`;
-  const { x, y } = labelPlace(measurement.kind, corners);
-  const label = drawing("text", { x: Math.min(x, width - kCharacter * text.length), y }, text);
-  return [...lines, ...corners.map(crossAt), label];
+  const label = labelAt(measurement, labelPlace(measurement.kind, corners), right);
+  const parts = [...lines, ...corners.map(crossAt), label];
+  if (isBehind && measurement.points.some(isBehind)) parts.forEach(({ classList }) => classList.add("behind"));
+  return parts;
 }
 
 /** The border of a region in each plane that passes through it. `height`: of the picture, pixels. */
@@ -60,10 +53,9 @@ export function fluidParts(
   const border = region ? borderParts(region, planes, height) : [];
   if (border.length === 0) return undefined;
   const labels = planes.flatMap((plane) => {
-    const at = placesIn(plane, height)(points[0]!);
-    if (!at) return [];
-    const text = `${measurement.name}: ${figureText(measurement.figures[0]!)}`;
-    return [crossAt(at), drawing("text", { x: at.x + 8, y: at.y - 8 }, text)];
+    const { place, right } = paneOf(plane, height);
+    const at = place(points[0]!);
+    return at ? [crossAt(at), labelAt(measurement, at, right)] : [];
   });
   return [...border, ...labels.slice(0, 2)];
 }
@@ -85,8 +77,13 @@ function linesOf({ kind, points, path }: Measurement): { points: readonly Mm[]; 
 /** Beside the middle of a distance, else beside the last point. */
 function labelPlace(kind: Measurement["kind"], corners: readonly PagePoint[]): PagePoint {
   const [first, last] = [corners[0]!, corners.at(-1)!];
-  const { x, y } = kind === "distance" ? { x: (first.x + last.x) / 2, y: (first.y + last.y) / 2 } : last;
-  return { x: x + 8, y: y - 8 };
+  return kind === "distance" ? { x: (first.x + last.x) / 2, y: (first.y + last.y) / 2 } : last;
+}
+
+/** Name and value beside a place, within its pane, which ends at `right`. */
+function labelAt({ name, figures }: Measurement, { x, y }: PagePoint, right: number): SVGElement {
+  const text = `${name}: ${figureText(figures[0]!)}`;
+  return drawing("text", { x: Math.min(x + 8, right - kCharacter * text.length), y: y - 8 }, text);
 }
 
 function crossAt({ x, y }: PagePoint): SVGElement {
