@@ -263,8 +263,10 @@ bool Recorder::write(const QueuedFrame& frame) {
   if (!first_time_ns_) first_time_ns_ = record.stamp.capture_time_ns;
   last_time_ns_ = std::max(last_time_ns_, record.stamp.capture_time_ns);
   ++frames_;
-  file_first_sequence_ =
-      std::min(frames_in_file_ == 0 ? record.stamp.sequence : file_first_sequence_, record.stamp.sequence);
+  const bool is_first = frames_in_file_ == 0;
+  const std::uint64_t sequence = record.stamp.sequence;
+  file_first_sequence_ = is_first ? sequence : std::min(file_first_sequence_, sequence);
+  file_last_sequence_ = is_first ? sequence : std::max(file_last_sequence_, sequence);
   ++frames_in_file_;
   bytes_ += geometry_.frame_bytes();
   if (is_ring()) next_segment();
@@ -469,6 +471,7 @@ void Recorder::publish_status() {
   }
   status.frames = frames_;
   status.first_sequence = frames_in_file_ > 0 ? file_first_sequence_ : kNoSequence;
+  status.last_sequence = file_last_sequence_;
   status.bytes = bytes_;
   status.duration_s = first_time_ns_ ? static_cast<double>(last_time_ns_ - *first_time_ns_) * 1e-9 : 0;
   status.frames_missed = tap_.frames_missed() - missed_before_ + not_written_;

@@ -131,6 +131,7 @@ class Recorder {
   std::string scene_line_;      // the newest; each segment begins with it
   std::uint64_t frames_in_file_ = 0;
   std::uint64_t file_first_sequence_ = 0;  // smallest of these frames
+  std::uint64_t file_last_sequence_ = 0;   // and greatest
   std::uint64_t frames_ = 0;               // of the recording
   std::uint64_t bytes_ = 0;
   std::optional<std::int64_t> first_time_ns_;

@@ -54,6 +54,7 @@ struct RecordingStatus {
   double duration_s = 0;
   /// Smallest FrameStamp::sequence in `file`; kNoSequence: it has no frame yet.
   std::uint64_t first_sequence = kNoSequence;
+  std::uint64_t last_sequence = 0;  ///< and greatest
   std::uint64_t frames_missed =
       0;                          ///< frames that the recorder had no room for, in its memory or on the disk
   double finish_share = 0;        ///< 0 to 1, while the state is kFinishing

@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "proto/base/printable.hpp"
 #include "proto/model/measurement_file.hpp"
+#include "server/state/measurement_file.hpp"
 #include "server/state/measurement_store.hpp"
 
 namespace fanlight {
@@ -23,11 +24,13 @@ struct Kept {
 };
 
 Kept kept_with(const std::filesystem::path& recording) {
-  std::ifstream file(measurements_path_of(recording), std::ios::binary);
-  if (!file) return {};
+  const auto text = read_measurement_file(measurements_path_of(recording));
+  if (!text) return {.measurements = {}, .troubles = {text.error().message}};
+  if (!*text) return {};
+  ReadMeasurements read = parse_measurements(**text);
   MeasurementStore store;
-  Kept kept{.measurements = {},
-            .troubles = store.load(std::string(std::istreambuf_iterator<char>(file), {}))};
+  Kept kept{.measurements = {}, .troubles = std::move(read.troubles)};
+  for (const std::string& trouble : store.load(std::move(read.file))) kept.troubles.push_back(trouble);
   for (const MeasurementStore::Kept& each : store.all()) kept.measurements.push_back(each.measurement);
   return kept;
 }
@@ -57,7 +60,12 @@ std::string measurement_text(const std::filesystem::path& recording) {
   std::string text = fmt::format("measurements: {} in {}; not for diagnosis\n", kept.measurements.size(),
                                  printable(measurements_path_of(recording).filename().string()));
   for (const v1::Measurement& each : kept.measurements) text += line_of(each);
-  for (const std::string& trouble : kept.troubles) text += fmt::format("  not read: {}\n", trouble);
+  constexpr std::size_t kMostLines = 5;
+  for (const std::string& trouble :
+       std::span(kept.troubles).first(std::min(kept.troubles.size(), kMostLines)))
+    text += fmt::format("  not read: {}\n", trouble);
+  if (kept.troubles.size() > kMostLines)
+    text += fmt::format("  not read: {} more\n", kept.troubles.size() - kMostLines);
   return text;
 }
 

@@ -202,9 +202,12 @@ RestApi::Response RestApi::change_measurements(const Request& request, const Pri
   ChangeMeasurements command;
   const auto read = google::protobuf::util::JsonStringToMessage(request.body(), &command.request);
   if (!read.ok()) {
-    return reject(principal, command,
-                  R"(expected {"add": MEASUREMENT}, {"rename": {"id": ID, "name": NAME}}, {"remove": ID} or )"
-                  R"({"remove_all": true})");
+    const std::string reason(read.message().data(), std::min<std::size_t>(read.message().size(), 120));
+    return reject(
+        principal, command,
+        fmt::format(R"({}; expected {{"add": MEASUREMENT}}, {{"rename": {{"id": ID, "name": NAME}}}}, )"
+                    R"({{"remove": ID}} or {{"remove_all": true}})",
+                    printable(reason.substr(0, reason.find('\n')))));
   }
   return execute(principal, command, [&](const CommandResult&) { return measurements(); });
 }

@@ -1,33 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/service/measurement_files.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
+#include <cerrno>
+#include <span>
 #include <system_error>
-#include <utility>
-#include <vector>
 
 #include "proto/model/measurement_file.hpp"
-#include "server/state/path_privacy.hpp"
+#include "server/state/measurement_file.hpp"
 
 namespace fanlight {
 
 namespace {
 
-constexpr std::uintmax_t kMostFileBytes = 20'000'000;
-
-/// nullopt: there is no such file. Errors: kUnavailable, it cannot be read.
-Result<std::optional<std::string>> read_file(const std::filesystem::path& path) {
+/// 0 where it is no regular file.
+std::uint64_t bytes_of(const std::filesystem::path& recording) {
   std::error_code failure;
-  if (!std::filesystem::exists(path, failure) && !failure) return std::optional<std::string>();
-  const Error unreadable{ErrorCode::kUnavailable, "it cannot be read, expected a file of at most 20 MB"};
-  if (failure || std::filesystem::file_size(path, failure) > kMostFileBytes || failure) return unreadable;
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return unreadable;
-  return std::optional(std::string(std::istreambuf_iterator<char>(in), {}));
+  if (!std::filesystem::is_regular_file(recording, failure)) return 0;
+  const auto bytes = std::filesystem::file_size(recording, failure);
+  return failure ? 0 : bytes;
 }
 
 }  // namespace
@@ -38,43 +33,99 @@ MeasurementFiles::MeasurementFiles(std::filesystem::path played, Dependencies de
 void MeasurementFiles::load() {
   if (played_.empty()) return;
   const std::filesystem::path path = measurements_path_of(played_);
-  const auto text = read_file(path);
+  Entry& entry = add(played_, 0, kNoSequence);  // before the reading: what another program writes now counts
+  entry.bytes = bytes_of(played_);
   std::vector<std::string> troubles;
-  if (!text) {
+  if (auto text = read_measurement_file(path); !text) {
     troubles.push_back(text.error().message);
+    read_trouble_ = "The measurements beside this recording cannot be read.";
   } else if (*text) {
-    troubles = dependencies_.measurements.load(**text);
+    ReadMeasurements read = parse_measurements(**text);
+    const std::uint64_t bytes = read.file.recording_bytes();
+    troubles = std::move(read.troubles);
+    if (bytes != 0 && entry.bytes != 0 && bytes != entry.bytes) {
+      troubles = {fmt::format("they are of a recording of {} bytes, expected {}", bytes, entry.bytes)};
+      read_trouble_ = "The measurements beside this recording are of another one of its name, and not shown.";
+    } else {
+      for (const auto& each : dependencies_.measurements.load(std::move(read.file))) troubles.push_back(each);
+      if (!troubles.empty())
+        read_trouble_ =
+            "Not all measurements beside this recording can be read; the server's log has the reasons.";
+    }
   }
-  Entry& entry = add(played_, 0, kNoSequence);
-  entry.seen = dependencies_.measurements.signature(entry.first_number, entry.last_number);
-  if (troubles.empty()) return set_trouble("");
-  const std::string aside = copied_aside(path);
-  for (const std::string& trouble : troubles)
-    spdlog::warn("{}: {}{}", path.string(), trouble, aside.empty() ? "" : "; the file as it was is " + aside);
-  set_trouble("Not all measurements of this recording could be read: " + troubles.front());
+  entry.signature = dependencies_.measurements.signature(entry.first_number, entry.last_number);
+  if (!troubles.empty()) {
+    set_aside(path, troubles);
+    entry.file->accept_file();  // it has a further name now
+  }
+  show_trouble();
+}
+
+/// A further name for the file: what is written later gets the name that it has.
+void MeasurementFiles::set_aside(const std::filesystem::path& path,
+                                 const std::vector<std::string>& troubles) {
+  constexpr int kMostNames = 99;
+  constexpr std::size_t kMostLines = 3;
+  std::string aside;
+  int failure = EEXIST;
+  for (int number = 1; failure == EEXIST && number <= kMostNames; ++number) {
+    aside = fmt::format("{}.unread{}", path.string(), number == 1 ? "" : fmt::format("-{}", number));
+    std::error_code none;
+    const bool has_it = std::filesystem::equivalent(path, aside, none);
+    failure = has_it || link(path.c_str(), aside.c_str()) == 0 ? 0 : errno;
+  }
+  for (const std::string& trouble : std::span(troubles).first(std::min(troubles.size(), kMostLines)))
+    spdlog::warn("{}: {}", path.string(), trouble);
+  if (troubles.size() > kMostLines) spdlog::warn("and {} more", troubles.size() - kMostLines);
+  may_write_ = failure == 0;
+  if (may_write_) {
+    spdlog::warn("the file as it is has the name {} too", aside);
+  } else {
+    spdlog::error("{} gets no further name ({}), so it is left as it is, and no measurement is saved",
+                  path.string(), std::generic_category().message(failure));
+    write_trouble_ = "Measurements are not saved, and last until the server stops.";
+  }
 }
 
 MeasurementFiles::Entry& MeasurementFiles::add(const std::filesystem::path& recording, std::uint64_t first,
                                                std::uint64_t last) {
-  if (entries_.size() >= kMostRecordings && !entries_.front().file->is_writing()) entries_.pop_front();
+  if (entries_.size() >= kMostRecordings) {
+    const auto idle = std::ranges::find_if(entries_, [](const Entry& each) { return !each.file->is_busy(); });
+    if (idle != entries_.end()) entries_.erase(idle);
+  }
   Entry& entry = entries_.emplace_back(recording, first, last);
-  const bool is_played = recording == played_;
-  const auto text = [this, &entry] {
-    return dependencies_.measurements.file_text(entry.first_number, entry.last_number);
-  };
-  const auto written = [this, is_played](const Result<void>& saved) {
-    if (!is_played) return;
-    set_trouble(
-        saved ? ""
-              : "The measurements are kept until the server stops, since the recording's folder "
-                "cannot be written: " +
-                    without_path(saved.error().message, measurements_path_of(played_).string(), "the file"));
-  };
-  entry.file.emplace(
-      measurements_path_of(recording),
-      SavedFile::Content{.name = "the measurements", .text = text, .mode = 0600, .written = written},
-      dependencies_.executor);
+  const std::filesystem::path path = measurements_path_of(recording);
+  SavedFile::Content content{.name = "the measurements",
+                             .snapshot =
+                                 [this, &entry] {
+                                   v1::MeasurementFile file =
+                                       dependencies_.measurements.file(entry.first_number, entry.last_number);
+                                   file.set_recording_bytes(entry.bytes);
+                                   return [file = std::move(file)] { return measurement_text(file); };
+                                 },
+                             .access = {.mode = 0600, .beneath = path.parent_path()},
+                             .respects_others = true};
+  if (recording == played_) content.written = [this](const Result<void>& saved) { written(saved); };
+  entry.file.emplace(path, std::move(content), dependencies_.executor);
   return entry;
+}
+
+/// The file of the recording that is played was written, or not. The log has the reason.
+void MeasurementFiles::written(const Result<void>& saved) {
+  if (saved) {
+    write_trouble_.clear();
+  } else if (saved.error().code == ErrorCode::kBadInput) {
+    write_trouble_ =
+        "Another program has changed the measurements beside this recording, so those of this server are not "
+        "saved. "
+        "They last until it stops.";
+  } else {
+    write_trouble_ =
+        "Measurements are not saved, since the folder of this recording cannot be written. They last until "
+        "the server "
+        "stops.";
+  }
+  show_trouble();
 }
 
 MeasurementFiles::Entry* MeasurementFiles::find(const std::filesystem::path& recording) {
@@ -91,36 +142,50 @@ void MeasurementFiles::recording_seen(const RecordingStatus& status, const std::
   // What an earlier start has recorded has frames with other numbers.
   const bool has_ended = status.finished != std::exchange(finished_, status.finished) &&
                          status.last_trouble.empty() && !status.last_was_cut_off;
-  if (has_ended)
-    ended(path_of(status.last_file), status.last_file_first_sequence, status.last_file_last_sequence);
+  if (has_ended) ended(path_of(status.last_file), status);
   const bool is_recording = status.state == RecordingStatus::State::kRecording && !status.ring;
-  if (is_recording && status.first_sequence != kNoSequence)
-    begun(path_of(status.file), status.first_sequence);
+  const bool has_frames = is_recording && status.first_sequence != kNoSequence;
+  if (has_frames) under_way(path_of(status.file), status);
+  end_others(is_recording ? path_of(status.file) : std::filesystem::path());
 }
 
-void MeasurementFiles::begun(const std::filesystem::path& recording, std::uint64_t first) {
-  if (find(recording) != nullptr) return;
-  // One whose end was not seen ends here at the latest.
-  for (Entry& each : entries_)
-    if (each.last_number == kNoSequence) each.last_number = first - 1;
-  update(add(recording, first, kNoSequence));
-}
-
-void MeasurementFiles::ended(const std::filesystem::path& recording, std::uint64_t first,
-                             std::uint64_t last) {
+void MeasurementFiles::under_way(const std::filesystem::path& recording, const RecordingStatus& status) {
   Entry* entry = find(recording);
-  if (entry == nullptr) entry = &add(recording, first, last);
-  entry->first_number = first;
-  entry->last_number = last;
+  const bool is_new = entry == nullptr;
+  if (is_new) entry = &add(recording, status.first_sequence, kNoSequence);
+  entry->last_seen = status.last_sequence;
+  if (is_new) update(*entry);
+}
+
+/// A recording that is not under way any more ends with the last frame that was seen, unless its end is
+/// reported.
+void MeasurementFiles::end_others(const std::filesystem::path& than) {
+  for (Entry& each : entries_)
+    if (each.last_number == kNoSequence && each.recording != than) each.last_number = each.last_seen;
+}
+
+void MeasurementFiles::ended(const std::filesystem::path& recording, const RecordingStatus& status) {
+  Entry* entry = find(recording);
+  if (entry == nullptr)
+    entry = &add(recording, status.last_file_first_sequence, status.last_file_last_sequence);
+  entry->first_number = status.last_file_first_sequence;
+  entry->last_number = status.last_file_last_sequence;
+  entry->bytes = bytes_of(recording);
+  if (entry->signature != 0) entry->file->changed();  // with the recording's size
   update(*entry);
 }
 
 void MeasurementFiles::update(Entry& entry) {
+  const bool follows = !entry.is_closed && (may_write_ || entry.recording != played_);
   const std::uint64_t now = dependencies_.measurements.signature(entry.first_number, entry.last_number);
-  if (std::exchange(entry.seen, now) != now) entry.file->changed();
+  if (follows && std::exchange(entry.signature, now) != now) entry.file->changed();
 }
 
 void MeasurementFiles::measurements_changed() {
+  if (std::exchange(clearings_, dependencies_.measurements.clearings()) !=
+      dependencies_.measurements.clearings()) {
+    for (Entry& each : entries_) each.is_closed |= each.last_number != kNoSequence;
+  }
   for (Entry& each : entries_) update(each);
 }
 
@@ -128,9 +193,11 @@ void MeasurementFiles::finish() {
   for (Entry& each : entries_) each.file->finish();
 }
 
-void MeasurementFiles::set_trouble(const std::string& trouble) {
+void MeasurementFiles::show_trouble() {
+  const bool both = !read_trouble_.empty() && !write_trouble_.empty();
+  const std::string trouble = read_trouble_ + (both ? " " : "") + write_trouble_;
   dependencies_.measurements.keep_with_recording(trouble);
-  if (std::exchange(trouble_, trouble) != trouble && dependencies_.trouble_changed)
+  if (std::exchange(shown_trouble_, trouble) != trouble && dependencies_.trouble_changed)
     dependencies_.trouble_changed();
 }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <string>
 
+#include "proto/base/file_replacement.hpp"
 #include "proto/base/result.hpp"
+#include "server/access/file_version.hpp"
 #include "server/stream/picture_hub.hpp"
 
 namespace fanlight {
@@ -16,38 +19,53 @@ namespace fanlight {
 /// time. Server thread only.
 class SavedFile {
  public:
+  /// Makes the text of the whole file from a copy of the state; runs on any thread.
+  using MakeText = std::function<std::string()>;
   struct Content {
-    std::string name;                                    ///< such as "the presets", for messages
-    std::function<std::string()> text;                   ///< of the whole file
-    mode_t mode = 0666;                                  ///< of a new file, less the process's umask
-    std::function<void(const Result<void>&)> written{};  ///< may be empty; not called by finish()
+    std::string name;                    ///< such as "the presets", for messages
+    std::function<MakeText()> snapshot;  ///< copies the state
+    FileAccess access{};
+    /// A file that another program has changed since this object was made, or has written it, is left alone.
+    bool respects_others = false;
+    /// Called after each writing but that of finish(); may be empty. Errors: kBadInput, another program has
+    /// changed the file; kUnavailable, the disk.
+    std::function<void(const Result<void>&)> written{};
   };
   /// What `content` refers to must outlive this object, and no work may run after its end.
   SavedFile(std::filesystem::path path, Content content, Executor executor);
   SavedFile(const SavedFile&) = delete;
   SavedFile& operator=(const SavedFile&) = delete;
 
-  /// The state has changed: writes the file soon.
+  /// The state has changed: writes the file soon, as the state is now.
   void changed();
+
+  /// The file as it is now may be replaced.
+  void accept_file();
 
   /// Writes at once what is not written yet: the server ends.
   void finish();
 
-  bool is_writing() const { return writing_; }
+  /// Whether a writing is under way, or is to be tried again.
+  bool is_busy() const { return writing_ || unwritten_; }
 
  private:
+  /// Shared with a writing under way, which finish() may overtake.
+  struct OnDisk {
+    std::mutex mutex;
+    std::uint64_t newest = 0;  // number of the newest text that was to be written
+    FileVersion version;       // as this object has found or left the file
+  };
+  static Result<void> save(const std::filesystem::path& path, const Content& content, const std::string& text,
+                           std::uint64_t number, OnDisk& on_disk);
   void write();
-  Result<void> save(const std::string& text) const;
 
   std::filesystem::path path_;
   Content content_;
   Executor executor_;
+  std::shared_ptr<OnDisk> on_disk_ = std::make_shared<OnDisk>();
+  MakeText unwritten_;        // empty: all is written, or being written
+  std::uint64_t number_ = 0;  // of the newest text
   bool writing_ = false;
-  bool unwritten_ = false;  // the state has changed since the last writing began, or that has failed
 };
-
-/// Copies a file that could not be read, or not whole, before anything replaces it; where the copy is, empty
-/// where it failed.
-std::string copied_aside(const std::filesystem::path& path);
 
 }  // namespace fanlight

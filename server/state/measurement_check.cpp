@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "proto/base/printable.hpp"
@@ -16,9 +18,12 @@ namespace fanlight {
 namespace {
 
 constexpr double kMostMm = 10'000;
-constexpr std::size_t kLongestPlace = 200;
+constexpr double kMostValue = 1e7;
+constexpr std::int64_t kMostUnixMs = 8'640'000'000'000'000;  // that ECMAScript's Date takes
+constexpr std::size_t kLongestPlace = 1000;
 constexpr int kMostFigures = 8;
-constexpr std::uint32_t kMostCells = 48;  // along each axis of a region's grid
+constexpr std::uint32_t kLeastCells = 2;  // along each axis of a region's grid
+constexpr std::uint32_t kMostCells = 48;
 
 Result<void> unless(bool is_wrong, const std::string& expected) {
   return is_wrong ? Result<void>(Error{ErrorCode::kInvalidArgument, expected}) : Result<void>();
@@ -35,12 +40,12 @@ bool is_text(const std::string& text, std::size_t most_bytes) {
 
 bool is_figure(const v1::Measurement::Figure& figure) {
   return is_text(figure.name(), MeasurementStore::kLongestName) &&
-         is_text(figure.unit(), MeasurementStore::kLongestName) && std::isfinite(figure.value()) &&
-         std::isfinite(figure.deviation()) && figure.deviation() >= 0;
+         is_text(figure.unit(), MeasurementStore::kLongestName) && std::abs(figure.value()) <= kMostValue &&
+         figure.deviation() >= 0 && figure.deviation() <= kMostValue;
 }
 
 bool is_region(const v1::FluidRegion& region) {
-  const auto fits = [](std::uint32_t cells) { return cells >= 1 && cells <= kMostCells; };
+  const auto fits = [](std::uint32_t cells) { return cells >= kLeastCells && cells <= kMostCells; };
   if (!fits(region.columns()) || !fits(region.rows()) || !fits(region.slices())) return false;
   const std::size_t cells = std::size_t{region.columns()} * region.rows() * region.slices();
   const auto is_finite = [](double value) { return std::isfinite(value) && std::abs(value) <= 1e9; };
@@ -59,6 +64,26 @@ Result<void> check_places(const v1::Measurement& measurement) {
                         is_place(measurement.across()) && is_place(measurement.deviation_mm());
   return unless(!is_right, fmt::format("points and path: expected at most {} each, within 10 m of the probe",
                                        MeasurementStore::kMostPoints));
+}
+
+/// How many points a kind has.
+Result<void> check_count(const v1::Measurement& measurement) {
+  struct Count {
+    int least;
+    int most;
+  };
+  constexpr std::array<Count, 6> kCounts = {
+      {{2, 2}, {3, 3}, {3, 3}, {3, MeasurementStore::kMostPoints}, {1, 1}, {0, 0}}};
+  static_assert(v1::Measurement::Kind_MAX == 5, "a row for each kind");
+  const auto [least, most] = kCounts.at(static_cast<std::size_t>(measurement.kind()));
+  const int points = measurement.points_size();
+  if (points < least || points > most) {
+    const std::string range = least == most ? std::to_string(least) : fmt::format("{} to {}", least, most);
+    return unless(true, fmt::format("points: {} has {}, expected {}",
+                                    v1::Measurement::Kind_Name(measurement.kind()), points, range));
+  }
+  const bool may_have_path = measurement.kind() == v1::Measurement::DISTANCE;
+  return unless(!may_have_path && measurement.path_size() > 0, "path: expected none but for a DISTANCE");
 }
 
 }  // namespace
@@ -83,16 +108,20 @@ Result<void> check_measurement(const v1::Measurement& measurement) {
            std::pair(!Kind::Kind_IsValid(measurement.kind()),
                      "kind: expected DISTANCE, ANGLE, ELLIPSE, AREA, FLUID or VOLUME"),
            std::pair(!is_text(measurement.place(), kLongestPlace),
-                     "place: expected at most 200 bytes of text"),
-           std::pair(!are_figures, "figures: expected 1 to 8 with names and finite values"),
+                     "place: expected at most 1000 bytes of text"),
+           std::pair(!are_figures,
+                     "figures: expected 1 to 8, each with a value and a deviation from 0 on, up to 1e7"),
            std::pair(is_fluid != has_region || measurement.has_region() != has_region,
                      "region: expected one for fluid, as a FluidReply has it, and none for other kinds"),
-           std::pair(measurement.first_frame_number() > measurement.last_frame_number(),
-                     "first_frame_number: expected no more than last_frame_number"),
+           std::pair(measurement.captured_unix_ms() < 0 || measurement.captured_unix_ms() > kMostUnixMs,
+                     "captured_unix_ms: expected 0 to 8.64e15"),
+           std::pair(
+               measurement.first_frame_number() >= measurement.last_frame_number(),
+               "first_frame_number, last_frame_number: expected those of a picture, the first one smaller"),
        }) {
     if (is_wrong) return Error{ErrorCode::kInvalidArgument, expected};
   }
-  return {};
+  return check_count(measurement);
 }
 
 }  // namespace fanlight

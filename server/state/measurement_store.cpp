@@ -2,13 +2,14 @@
 #include "server/state/measurement_store.hpp"
 
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "proto/base/printable.hpp"
 #include "server/state/measurement_check.hpp"
+#include "server/state/measurement_file.hpp"
 
 namespace fanlight {
 
@@ -22,14 +23,8 @@ std::uint64_t random_id() {
   return static_cast<std::uint64_t>(device()) << 32 | device() | 1;
 }
 
-std::string json_of(const v1::MeasurementFile& file) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = true;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string text;
-  (void)google::protobuf::util::MessageToJsonString(file, &text, options);
-  return text;
+int points_of(const v1::Measurement& measurement) {
+  return measurement.points_size() + measurement.path_size();
 }
 
 bool is_within(const v1::Measurement& measurement, std::uint64_t first, std::uint64_t last) {
@@ -62,7 +57,9 @@ Result<void> MeasurementStore::request(const v1::MeasurementRequest& request) {
       break;
     }
     case v1::MeasurementRequest::kRemoveAll:
+      if (!request.remove_all()) return Error{ErrorCode::kInvalidArgument, "remove_all: expected true"};
       kept_.clear();
+      ++clearings_;
       bytes_ = 0;
       ++revision_;
       break;
@@ -70,6 +67,7 @@ Result<void> MeasurementStore::request(const v1::MeasurementRequest& request) {
       return Error{ErrorCode::kInvalidArgument,
                    "the wish is not known, expected add, rename, remove or remove_all"};
   }
+  overview_.clear();
   changed_();
   return {};
 }
@@ -80,7 +78,9 @@ Result<void> MeasurementStore::add(v1::Measurement measurement) {
   if (find(measurement.id()) != kept_.end())
     return Error{ErrorCode::kInvalidArgument, "id: there is a measurement of this id, expected another"};
   const std::size_t bytes = measurement.ByteSizeLong();
-  if (kept_.size() >= kMost || bytes_ + bytes > kMostBytes) {
+  int points = points_of(measurement);
+  for (const Kept& each : kept_) points += points_of(each.measurement);
+  if (kept_.size() >= kMost || bytes_ + bytes > kMostBytes || points > kMostPointsInAll) {
     return Error{
         ErrorCode::kUnavailable,
         fmt::format("{} measurements are kept already, expected some to be removed first", kept_.size())};
@@ -134,30 +134,26 @@ MeasurementStore::Part MeasurementStore::part_after(std::uint64_t known_revision
 void MeasurementStore::keep_with_recording(std::string trouble) {
   with_recording_ = true;
   trouble_ = std::move(trouble);
+  overview_.clear();
 }
 
-std::vector<std::string> MeasurementStore::load(std::string_view text) {
+std::vector<std::string> MeasurementStore::load(v1::MeasurementFile file) {
   thread_owner_.check();
-  v1::MeasurementFile file;
-  const auto read = google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &file);
-  if (!read.ok()) {
-    return {fmt::format("{}, expected measurements as this server writes them",
-                        printable(std::string(read.message()).substr(0, kLongestName)))};
-  }
   std::vector<std::string> troubles;
   for (v1::Measurement& each : *file.mutable_measurements()) {
     const std::string name = printable(each.name().substr(0, kLongestName));
     if (auto added = add(std::move(each)); !added)
       troubles.push_back(fmt::format("the measurement {}: {}", name, added.error().message));
   }
+  overview_.clear();
   return troubles;
 }
 
-std::string MeasurementStore::file_text(std::uint64_t first_number, std::uint64_t last_number) const {
+v1::MeasurementFile MeasurementStore::file(std::uint64_t first_number, std::uint64_t last_number) const {
   v1::MeasurementFile file;
   for (const auto& [measurement, revision] : kept_)
     if (is_within(measurement, first_number, last_number)) *file.add_measurements() = measurement;
-  return json_of(file);
+  return file;
 }
 
 std::uint64_t MeasurementStore::signature(std::uint64_t first_number, std::uint64_t last_number) const {
@@ -168,13 +164,21 @@ std::uint64_t MeasurementStore::signature(std::uint64_t first_number, std::uint6
   return hash;
 }
 
-std::string MeasurementStore::overview() const {
+const std::string& MeasurementStore::overview() const {
+  if (!overview_.empty()) return overview_;
   v1::MeasurementFile file;
   for (const auto& [measurement, revision] : kept_) {
-    *file.add_measurements() = measurement;
-    if (measurement.has_region()) file.mutable_measurements()->rbegin()->mutable_region()->clear_depths();
+    v1::Measurement& one = *file.add_measurements();
+    one = measurement;
+    one.clear_path();
+    if (one.has_region()) one.mutable_region()->clear_depths();
   }
-  return json_of(file);
+  auto json = nlohmann::ordered_json::parse(measurement_text(file));
+  json.erase("recording_bytes");
+  json["with_recording"] = with_recording_;
+  json["trouble"] = trouble_;
+  overview_ = json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return overview_;
 }
 
 }  // namespace fanlight

@@ -22,8 +22,9 @@ class MeasurementStore {
   static constexpr std::size_t kMost = 200;
   /// Of all together, as messages: a region of fluid takes up to 110 KB.
   static constexpr std::size_t kMostBytes = 4'000'000;
-  static constexpr int kMostPoints = 1024;
-  static constexpr std::size_t kLongestName = 64;  ///< bytes
+  static constexpr int kMostPoints = 1024;          ///< of one
+  static constexpr int kMostPointsInAll = 20'000;   ///< of all together: JSON has a line for each number
+  static constexpr std::size_t kLongestName = 100;  ///< bytes
 
   struct Kept {
     v1::Measurement measurement;
@@ -53,19 +54,22 @@ class MeasurementStore {
   /// or written; empty: no trouble.
   void keep_with_recording(std::string trouble);
 
-  /// Takes the measurements of a file. Leaves out what it cannot use, and returns a sentence for each; a text
-  /// that is none of ours is one sentence.
-  std::vector<std::string> load(std::string_view text);
+  /// Takes the measurements of a file. Leaves out those that may not be kept, and returns a sentence for
+  /// each.
+  std::vector<std::string> load(v1::MeasurementFile file);
 
   /// The file for a recording of the frames with these numbers, both inclusive: measurements on volumes that
   /// are whole in it.
-  std::string file_text(std::uint64_t first_number, std::uint64_t last_number) const;
+  v1::MeasurementFile file(std::uint64_t first_number, std::uint64_t last_number) const;
 
-  /// Differs wherever file_text() does; 0 where that has no measurement.
+  /// Differs wherever file() does; 0 where that has no measurement.
   std::uint64_t signature(std::uint64_t first_number, std::uint64_t last_number) const;
 
-  /// All, without the grids of regions.
-  std::string overview() const;
+  /// How often all were removed.
+  std::uint64_t clearings() const { return clearings_; }
+
+  /// All as JSON, without paths and the grids of regions, and where they are kept. Made once for each change.
+  const std::string& overview() const;
 
  private:
   Result<void> add(v1::Measurement measurement);
@@ -77,6 +81,8 @@ class MeasurementStore {
   std::vector<Kept> kept_;
   std::size_t bytes_ = 0;       // of all measurements, as messages
   std::uint64_t revision_ = 0;  // of the last change
+  std::uint64_t clearings_ = 0;
+  mutable std::string overview_;  // empty: to be made
   bool with_recording_ = false;
   std::string trouble_;
   [[no_unique_address]] ThreadOwner thread_owner_;

@@ -335,18 +335,26 @@ async function measureWhileRecording(folder) {
     await until(
       "it is kept",
       () => kept.textContent(),
-      (text) => text === "Kept on the server until it stops, and with recordings of them.",
+      (text) => text === "Kept on the server until it stops, and with each recording that holds their volume.",
     );
+    const nameOn = (page) => page.page.locator("#measurement-list input");
+    await nameOn(viewer).fill("Eye");
+    await nameOn(viewer).press("Enter");
     const other = await server.openPage();
     try {
       await other.firstPicture();
       await listHas(other, 1);
-      await other.page.locator("#measurement-list input").fill("Lens");
-      await other.page.locator("#measurement-list input").press("Enter");
+      await until(
+        "the name of the display that measured",
+        () => nameOn(other).inputValue(),
+        (value) => value === "Eye",
+      );
+      await nameOn(other).fill("Lens");
+      await nameOn(other).press("Enter");
     } finally {
       await other.page.close();
     }
-    const name = () => viewer.page.locator("#measurement-list input").inputValue();
+    const name = () => nameOn(viewer).inputValue();
     await until("the other display's name", name, (value) => value === "Lens");
     await viewer.page.reload();
     await viewer.firstPicture();

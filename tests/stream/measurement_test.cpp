@@ -1,92 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measurements that the server keeps: the store, the files beside recordings, and what displays see of both.
+// Measurements that the server keeps: the store, and what displays and scripts see of it.
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
 #include <cmath>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "proto/model/measurement_file.hpp"
+#include "server/state/measurement_file.hpp"
 #include "server/state/measurement_store.hpp"
 #include "tests/support/http_talk.hpp"
+#include "tests/support/made_measurements.hpp"
 #include "tests/support/server_fixture.hpp"
-#include "tests/support/temporary_folder.hpp"
 #include "tests/support/test_display.hpp"
 
 namespace fanlight::test {
 namespace {
 
 using nlohmann::json;
-
-v1::Measurement distance(std::uint64_t id, std::uint64_t first = 10, std::uint64_t last = 19) {
-  v1::Measurement measurement;
-  measurement.set_id(id);
-  measurement.set_name(std::to_string(id));
-  measurement.set_place("in plane A");
-  for (const double x_mm : {0.0, 12.5}) measurement.add_points()->set_x_mm(x_mm);
-  v1::Measurement::Figure& figure = *measurement.add_figures();
-  figure.set_name("straight");
-  figure.set_value(12.5);
-  figure.set_unit("mm");
-  figure.set_deviation(0.2);
-  measurement.set_first_frame_number(first);
-  measurement.set_last_frame_number(last);
-  return measurement;
-}
-
-v1::Measurement fluid(std::uint64_t id, std::uint32_t side = 48) {
-  v1::Measurement measurement = distance(id);
-  measurement.set_kind(v1::Measurement::FLUID);
-  v1::FluidRegion& region = *measurement.mutable_region();
-  region.set_step_mm(0.5);
-  region.set_columns(side);
-  region.set_rows(side);
-  region.set_slices(side);
-  region.set_depths(std::string(std::size_t{side} * side * side, '\x80'));
-  return measurement;
-}
-
-v1::MeasurementRequest adding(const v1::Measurement& measurement) {
-  v1::MeasurementRequest request;
-  *request.mutable_add() = measurement;
-  return request;
-}
-
-v1::ClientMessage sent(const v1::MeasurementRequest& request) {
-  v1::ClientMessage message;
-  *message.mutable_measurement() = request;
-  return message;
-}
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// Waits up to 10 s, since another thread writes the file.
-bool comes_to_hold(const std::filesystem::path& path, const std::string& text) {
-  for (int i = 0; i < 1000; ++i) {
-    if (text_of(path).find(text) != std::string::npos) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
-}
-
-std::vector<std::uint64_t> ids_in(const std::filesystem::path& path) {
-  std::vector<std::uint64_t> ids;
-  const json file = json::parse(text_of(path));
-  for (const auto& each : file.at("measurements"))
-    ids.push_back(std::stoull(each.at("id").get<std::string>()));
-  return ids;
-}
 
 TEST(MeasurementStore, AddsRenamesAndRemoves) {
   int changes = 0;
@@ -119,9 +53,9 @@ TEST(MeasurementStore, RefusesWhatCannotBeShown) {
   const std::vector<Change> changes = {
       [](auto& one) { one.set_name(""); },
       [](auto& one) { one.set_name("  "); },
-      [](auto& one) { one.set_name(std::string(65, 'a')); },
+      [](auto& one) { one.set_name(std::string(101, 'a')); },
       [](auto& one) { one.set_name("a\x1b[2J"); },
-      [](auto& one) { one.set_place(std::string(201, 'a')); },
+      [](auto& one) { one.set_place(std::string(1001, 'a')); },
       [](auto& one) { one.set_place("a\nb"); },
       [](auto& one) { one.set_kind(static_cast<v1::Measurement::Kind>(77)); },
       [](auto& one) { one.clear_figures(); },
@@ -139,9 +73,23 @@ TEST(MeasurementStore, RefusesWhatCannotBeShown) {
         for (int i = 0; i < 1024; ++i) one.add_points();
       },
       [](auto& one) { one.set_first_frame_number(20); },
+      [](auto& one) { one.set_first_frame_number(one.last_frame_number()); },
+      [](auto& one) { one.mutable_points()->RemoveLast(); },
+      [](auto& one) { one.add_points(); },
+      [](auto& one) { one.set_kind(v1::Measurement::ANGLE); },
+      [](auto& one) { one.set_kind(v1::Measurement::AREA); },
+      [](auto& one) { one.set_kind(v1::Measurement::VOLUME); },
+      [](auto& one) {
+        one.set_kind(v1::Measurement::ANGLE);
+        one.add_points();
+        one.add_path();
+      },
+      [](auto& one) { one.set_captured_unix_ms(9'000'000'000'000'000'000); },
+      [](auto& one) { one.mutable_figures(0)->set_value(1e300); },
       [](auto& one) { one.set_kind(v1::Measurement::FLUID); },
       [](auto& one) { *one.mutable_region() = fluid(1).region(); },
       [](auto& one) { one = fluid(1, 49); },
+      [](auto& one) { one = fluid(1, 1); },
       [](auto& one) {
         one = fluid(1, 4);
         one.mutable_region()->set_rows(5);
@@ -178,7 +126,7 @@ TEST(MeasurementStore, IsBounded) {
   EXPECT_TRUE(large.request(adding(fluid(id)))) << "there is room again";
 }
 
-TEST(MeasurementStore, TellsASessionWhatIsNewToIt) {
+TEST(MeasurementStore, SendsASessionWhatIsNewToIt) {
   MeasurementStore store;
   for (const std::uint64_t id : {1, 2, 3}) ASSERT_TRUE(store.request(adding(fluid(id))));
   ASSERT_TRUE(store.request(adding(distance(4))));
@@ -210,7 +158,7 @@ TEST(MeasurementStore, TellsASessionWhatIsNewToIt) {
 
 TEST(MeasurementStore, ReadsWhatItHasWritten) {
   MeasurementStore store;
-  v1::Measurement all = fluid(~std::uint64_t{0}, 5);
+  v1::Measurement all = distance(~std::uint64_t{0});
   all.set_name("Kopf \"BPD\" äöü");
   all.add_path()->set_y_mm(1.0 / 3);
   all.mutable_across()->set_z_mm(1);
@@ -219,12 +167,16 @@ TEST(MeasurementStore, ReadsWhatItHasWritten) {
   all.set_volume_id(7);
   all.set_run_id(~std::uint64_t{1});
   ASSERT_TRUE(store.request(adding(all)));
-  ASSERT_TRUE(store.request(adding(distance(2, 30, 39))));
+  ASSERT_TRUE(store.request(adding(fluid(2, 5))));
   MeasurementStore read;
-  ASSERT_TRUE(read.load(store.file_text(0, 100)).empty());
+  ReadMeasurements parsed = parse_measurements(measurement_text(store.file(0, 100)));
+  EXPECT_TRUE(parsed.troubles.empty());
+  ASSERT_TRUE(read.load(std::move(parsed.file)).empty());
   ASSERT_EQ(read.all().size(), 2U);
   EXPECT_EQ(read.all()[0].measurement.SerializeAsString(), all.SerializeAsString()) << "every bit";
-  EXPECT_EQ(json::parse(read.overview()).at("measurements").at(0).at("region").at("depths"), "");
+  const json overview = json::parse(read.overview());
+  EXPECT_EQ(overview.at("measurements").at(1).at("region").at("depths"), "");
+  EXPECT_EQ(overview.at("with_recording"), false);
 }
 
 TEST(MeasurementStore, WritesTheMeasurementsOfARecordingOnly) {
@@ -232,10 +184,9 @@ TEST(MeasurementStore, WritesTheMeasurementsOfARecordingOnly) {
   ASSERT_TRUE(store.request(adding(distance(1, 10, 19))));
   ASSERT_TRUE(store.request(adding(distance(2, 20, 29))));
   const auto ids = [&store](std::uint64_t first, std::uint64_t last) {
-    MeasurementStore read;
-    EXPECT_TRUE(read.load(store.file_text(first, last)).empty());
+    const v1::MeasurementFile file = store.file(first, last);
     std::vector<std::uint64_t> found;
-    for (const auto& each : read.all()) found.push_back(each.measurement.id());
+    for (const auto& each : file.measurements()) found.push_back(each.id());
     return found;
   };
   EXPECT_EQ(ids(10, 29), (std::vector<std::uint64_t>{1, 2}));
@@ -245,23 +196,7 @@ TEST(MeasurementStore, WritesTheMeasurementsOfARecordingOnly) {
   EXPECT_NE(store.signature(10, 29), store.signature(11, 29));
 }
 
-TEST(MeasurementStore, LeavesOutWhatItCannotUse) {
-  for (const char* const foreign :
-       {"", "{", "[]", "no JSON", R"({"presets": []})", R"({"measurements": 3})"}) {
-    MeasurementStore store;
-    EXPECT_EQ(store.load(foreign).size(), 1U) << foreign;
-    EXPECT_TRUE(store.all().empty());
-  }
-  MeasurementStore store;
-  const auto troubles = store.load(
-      R"({"measurements": [{"id": "1", "name": "bad", "figures": []},
-          {"id": "2", "name": "good", "figures": [{"name": "", "value": 3, "unit": "mm"}]}]})");
-  ASSERT_EQ(troubles.size(), 1U);
-  EXPECT_NE(troubles[0].find("the measurement bad: figures"), std::string::npos) << troubles[0];
-  EXPECT_EQ(store.all().size(), 1U);
-}
-
-TEST(MeasurementStream, IsToldToAllAndKeptByOperators) {
+TEST(MeasurementStream, IsKeptForAllDisplays) {
   ServerFixture fixture;
   TestDisplay first(fixture.endpoint());
   TestDisplay second(fixture.endpoint());
@@ -334,7 +269,7 @@ TEST(MeasurementRest, ReadsAndChanges) {
   EXPECT_EQ(count(talk(fixture, "GET", "/api/measurements")), 0U);
   const std::string added =
       R"({"add": {"name": "BPD", "kind": "DISTANCE", "points": [{"x_mm": 1}, {"x_mm": 3}],
-          "figures": [{"name": "straight", "value": 2, "unit": "mm", "deviation": 0.1}]}})";
+          "first_frame_number": 0, "last_frame_number": 9, "figures": [{"name": "straight", "value": 2, "unit": "mm", "deviation": 0.1}]}})";
   const Answer answer = talk(fixture, "POST", "/api/measurements", added);
   ASSERT_EQ(answer.status, 200) << answer.body;
   ASSERT_EQ(count(answer), 1U);
@@ -346,113 +281,14 @@ TEST(MeasurementRest, ReadsAndChanges) {
   EXPECT_EQ(json::parse(talk(fixture, "POST", "/api/measurements", renamed).body)["measurements"][0]["name"],
             "HC");
   EXPECT_EQ(talk(fixture, "POST", "/api/measurements", R"({"remove": "1"})").status, 404);
-  for (const char* const malformed : {"{", "[]", "{}", R"({"add": 3})", R"({"wish": "add"})"})
+  for (const char* const malformed : {"{", "[]", "{}", R"({"add": 3})", R"({"wish": "add"})",
+                                      R"({"remove_all": false})", R"({"add": {"kind": "FUTURE"}})"})
     EXPECT_EQ(talk(fixture, "POST", "/api/measurements", malformed).status, 400) << malformed;
+  EXPECT_NE(
+      talk(fixture, "POST", "/api/measurements", R"({"add": {"kind": "FUTURE"}})").body.find("add.kind"),
+      std::string::npos)
+      << "the field";
   EXPECT_EQ(count(talk(fixture, "POST", "/api/measurements", R"({"remove_all": true})")), 0U);
-}
-
-class MeasurementFilesTest : public testing::Test {
- protected:
-  /// A server that plays `path_`.
-  std::unique_ptr<ServerFixture> plays() {
-    StreamServer::Config config;
-    config.state.description.path = path_.string();
-    return std::make_unique<ServerFixture>(config);
-  }
-  static void keep(ServerFixture& fixture, const v1::Measurement& measurement) {
-    TestDisplay display(fixture.endpoint());
-    display.send(sent(adding(measurement)));
-    const v1::MeasurementReply reply = display.next(v1::ServerMessage::kMeasurementReply).measurement_reply();
-    ASSERT_TRUE(reply.done()) << reply.refused().message();
-  }
-  static v1::MeasurementList list_of(ServerFixture& fixture) {
-    return TestDisplay(fixture.endpoint()).next(v1::ServerMessage::kMeasurements).measurements();
-  }
-
-  TemporaryFolder folder_;
-  std::filesystem::path path_ = folder_ / "head.igs.mha";
-  std::filesystem::path file_ = folder_ / "head.igs.mha.measurements.json";
-};
-
-TEST_F(MeasurementFilesTest, StayWithTheRecordingThatIsPlayed) {
-  {
-    const auto fixture = plays();
-    EXPECT_TRUE(list_of(*fixture).with_recording());
-    EXPECT_FALSE(std::filesystem::exists(file_)) << "nothing is written before something is measured";
-    keep(*fixture, fluid(5, 30));
-    EXPECT_TRUE(comes_to_hold(file_, "in plane A"));
-    struct stat status {};
-    ASSERT_EQ(stat(file_.c_str(), &status), 0);
-    EXPECT_EQ(status.st_mode & 0777, 0600U) << "as recordings are";
-    keep(*fixture, distance(6));
-  }
-  EXPECT_EQ(ids_in(file_), (std::vector<std::uint64_t>{5, 6})) << "the last change is written at the end";
-  const auto later = plays();
-  const v1::MeasurementList list = list_of(*later);
-  ASSERT_GE(list.changed_size(), 1);
-  EXPECT_EQ(list.ids_size(), 2);
-  EXPECT_EQ(list.changed(0).SerializeAsString(), fluid(5, 30).SerializeAsString());
-  EXPECT_EQ(list.trouble(), "");
-}
-
-TEST_F(MeasurementFilesTest, APlaceThatCannotBeWrittenIsSaidWithoutItsPath) {
-  std::ofstream(folder_ / "file") << "no folder";
-  path_ = folder_ / "file" / "head.igs.mha";
-  const auto fixture = plays();
-  TestDisplay display(fixture->endpoint());
-  display.next(v1::ServerMessage::kMeasurements);
-  display.send(sent(adding(distance(1))));
-  std::string trouble;
-  while (trouble.empty()) trouble = display.next(v1::ServerMessage::kMeasurements).measurements().trouble();
-  EXPECT_NE(trouble.find("until the server stops"), std::string::npos) << trouble;
-  EXPECT_EQ(trouble.find("head"), std::string::npos) << trouble;
-  EXPECT_EQ(list_of(*fixture).changed_size(), 1) << "kept nevertheless";
-}
-
-TEST_F(MeasurementFilesTest, AFileThatCannotBeReadIsCopiedAside) {
-  std::ofstream(file_) << "{ someone's";
-  const auto fixture = plays();
-  EXPECT_NE(list_of(*fixture).trouble().find("could be read"), std::string::npos);
-  EXPECT_EQ(text_of(file_.string() + ".unread"), "{ someone's");
-  EXPECT_EQ(text_of(file_), "{ someone's") << "not before there is something to write";
-  keep(*fixture, distance(1));
-  EXPECT_TRUE(comes_to_hold(file_, "in plane A"));
-}
-
-TEST_F(MeasurementFilesTest, StayWithRecordingsOfTheirVolume) {
-  StreamServer::Config config;
-  config.state.recording.folder = folder_.path();
-  auto fixture = std::make_unique<ServerFixture>(config);
-  keep(*fixture, distance(1, 10, 19));
-  keep(*fixture, distance(2, 20, 29));
-  // Two recordings end; the volume of measurement 1 is whole in the first of them.
-  const auto one = folder_ / "one.igs.mha";
-  const auto two = folder_ / "two.igs.mha";
-  fixture->report_recording({.finished = 1,
-                             .last_file = one.string(),
-                             .last_file_first_sequence = 5,
-                             .last_file_last_sequence = 25});
-  EXPECT_TRUE(comes_to_hold(measurements_path_of(one), "in plane A"));
-  EXPECT_EQ(ids_in(measurements_path_of(one)), (std::vector<std::uint64_t>{1}));
-  // One of an earlier start counts frames of its own.
-  fixture->report_recording({.finished = 2,
-                             .last_file = (folder_ / "cut.igs.mha").string(),
-                             .last_was_cut_off = true,
-                             .last_file_first_sequence = 0,
-                             .last_file_last_sequence = 99});
-  // One is under way when the server ends.
-  fixture->report_recording({.state = RecordingStatus::State::kRecording,
-                             .file = two.string(),
-                             .first_sequence = 15,
-                             .finished = 2,
-                             .last_file = (folder_ / "cut.igs.mha").string(),
-                             .last_was_cut_off = true});
-  EXPECT_TRUE(comes_to_hold(measurements_path_of(two), "in plane A"));
-  keep(*fixture, distance(3, 30, 39));
-  fixture.reset();
-  EXPECT_EQ(ids_in(measurements_path_of(two)), (std::vector<std::uint64_t>{2, 3}));
-  EXPECT_EQ(ids_in(measurements_path_of(one)), (std::vector<std::uint64_t>{1}));
-  EXPECT_FALSE(std::filesystem::exists(measurements_path_of(folder_ / "cut.igs.mha")));
 }
 
 }  // namespace

@@ -174,8 +174,11 @@ export class SettingRows {
     };
     const seen = new IntersectionObserver((entries) => {
       if (!entries.some(({ isIntersecting }) => isIntersecting)) return;
-      seen.disconnect();
-      load().catch((error: Error) => (place.textContent = `The curve could not be loaded: ${error.message}`));
+      seen.unobserve(place);
+      load().catch(() => {
+        place.textContent = "The curve could not be loaded from the server. Close and open this section to try again.";
+        seen.observe(place);
+      });
     });
     seen.observe(place);
     return place;

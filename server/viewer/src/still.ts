@@ -74,6 +74,8 @@ function drawNotes(context: CanvasRenderingContext2D, canvas: HTMLCanvasElement,
   context.globalAlpha = 1;
 }
 
+const kMostLines = 12; // of measurements: more would cover the picture
+
 /** Above the lower left corner, from the bottom up. */
 function drawMeasurements(
   context: CanvasRenderingContext2D,
@@ -85,7 +87,9 @@ function drawMeasurements(
   context.font = `600 ${13 * unit}px sans-serif`;
   context.lineWidth = 3 * unit;
   [context.strokeStyle, context.fillStyle] = ["#000", "#ffe14d"];
-  for (const [index, line] of [...lines].reverse().entries()) {
+  const others = lines.length - kMostLines;
+  const written = others > 0 ? [...lines.slice(0, kMostLines), `and ${others} more`] : lines;
+  for (const [index, line] of [...written].reverse().entries()) {
     const place = [8 * unit, canvas.height - (10 + 17 * index) * unit, canvas.width - 16 * unit] as const;
     context.strokeText(line, ...place);
     context.fillText(line, ...place);
@@ -162,7 +166,7 @@ async function imageOf(overlay: SVGSVGElement, canvas: HTMLCanvasElement): Promi
   context.font = "600 14px sans-serif";
   for (const part of overlay.children) {
     if (part.classList.contains("offered")) continue; // not accepted yet
-    context.globalAlpha = part.classList.contains("behind") ? 0.35 : 1; // as overlay.css
+    context.globalAlpha = part.classList.contains("behind") ? kBehindAlpha : 1;
     if (part instanceof SVGPathElement) {
       context.setLineDash(part.classList.contains("path") ? [3, 3] : []);
       context.stroke(new Path2D(part.getAttribute("d") ?? ""));

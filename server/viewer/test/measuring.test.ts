@@ -127,7 +127,8 @@ test("outlines of a sphere in parallel planes have its volume, also when they ar
 test("figures are written with their uncertainty, rounded up", () => {
   const figure = { name: "", value: 12.34, unit: "mm", uncertainty: 0.21 } as const;
   assert.equal(figureText(figure), "12.3 ± 0.3 mm");
-  assert.equal(figureText({ ...figure, uncertainty: 0 }), "12.3 ± 0.1 mm");
+  assert.equal(figureText({ ...figure, uncertainty: 0.001 }), "12.3 ± 0.1 mm");
+  assert.equal(figureText({ ...figure, uncertainty: 0 }), "12.34 mm", "none is known");
   assert.equal(figureText({ ...figure, unit: "deg", value: 90, uncertainty: 1.2 }), "90.0 ± 1.2°");
   assert.equal(figureText({ ...figure, unit: "mm²", value: 99, uncertainty: 2 }), "99.0 ± 2.0 mm²");
   assert.equal(figureText({ ...figure, unit: "mm²", value: 1234, uncertainty: 21 }), "12.34 ± 0.21 cm²");
@@ -162,9 +163,9 @@ test("the list keeps what was measured, by volume, with names of the user's", ()
     undefined,
   );
   assert.equal(measurementText(first), "5.0 ± 0.3 mm");
-  list.rename(first, " BPD ");
+  list.rename(first.id, " BPD ");
   assert.equal(measurementLine(list.all()[0]!), "BPD Distance: 5.0 ± 0.3 mm");
-  list.rename(first, "");
+  list.rename(first.id, "");
   assert.equal(list.all()[0]!.name, "BPD");
   const names = (of: readonly Measurement[]) => of.map(({ name }) => name).join(" ");
   assert.equal(names(list.of(pictureOf(8n))), "2");
@@ -174,7 +175,7 @@ test("the list keeps what was measured, by volume, with names of the user's", ()
   near(volume.figures[0]?.value, (Math.PI * 25 * 12) / 1000, 0.01);
   assert.equal(list.addVolume(pictureOf(8n)), undefined);
   assert.equal(list.addVolume(pictureOf(7n)), undefined, "these outlines are used");
-  list.remove(first);
+  list.remove(first.id);
   assert.equal(names(list.all()), "2 3 4 5 6");
   list.startRun(99n, false); // a volume with the same number is another one
   assert.deepEqual(list.of(pictureOf(8n)), []);
@@ -194,7 +195,7 @@ test("the file has a line for each figure, and nothing that a spreadsheet comput
     ],
     captured: new Date(0),
   })!;
-  list.rename(made, '=1+1,"a"');
+  list.rename(made.id, '=1+1,"a"');
   const [head, straight, along, end] = csvOf(list.all()).split("\r\n");
   assert.match(head!, /^\ufeffname,kind,figure,value,unit,standard_deviation,place,volume_id,run_id,captured,points/);
   assert.equal(
@@ -203,14 +204,14 @@ test("the file has a line for each figure, and nothing that a spreadsheet comput
   );
   assert.match(along!, /along the surface,7.000,mm/);
   for (const name of ["-2+3", "-2-3", "@a", "+1"]) {
-    list.rename(made, name);
+    list.rename(made.id, name);
     assert.ok(csvOf(list.all()).includes(`\r\n'${name},`), name);
   }
   assert.equal(end, "");
 });
 
 /** The list of a server that got these wishes. */
-function told(wishes: readonly MeasurementWish[], withRecording = false) {
+function listOf(wishes: readonly MeasurementWish[], withRecording = false) {
   const changed = wishes.flatMap(({ wish }) => (wish?.case === "add" ? [create(MeasurementSchema, wish.value)] : []));
   return create(MeasurementListSchema, { ids: changed.map(({ id }) => id), changed, withRecording });
 }
@@ -221,7 +222,7 @@ test("what the server keeps comes back whole, on the volume with the same frames
   list.startRun(5n, true);
   const made = list.add({ ...distance, across: [0, 0, 1], path: distance.points, captured: new Date(1234) })!;
   assert.equal(made.isKept, false);
-  const answer = told(wishes, true);
+  const answer = listOf(wishes, true);
   list.take(answer);
   assert.deepEqual(list.all(), [{ ...made, isKept: true }]);
   // Another start plays the recording, whose volumes have other ids there.
@@ -246,19 +247,76 @@ test("measurements of this page and of other displays are one list", () => {
   const other = new MeasurementList((wish) => wishes.push(wish));
   other.startRun(5n, true);
   other.add({ ...distance, of: volumeOfPicture(pictureOf(8n)) });
-  list.take(told(wishes));
+  list.take(listOf(wishes));
   assert.deepEqual(
     list.all().map(({ isKept }) => isKept),
     [true, true],
   );
   assert.equal(list.add(distance)!.name, "2", "the next number");
-  list.remove(list.all()[0]!);
+  list.remove(list.all()[0]!.id);
   assert.deepEqual(wishes.at(-1), { wish: { case: "remove", value: mine.id } });
   // The list of before the removal brings nothing back.
-  list.take(create(MeasurementListSchema, { ids: told(wishes.slice(0, 2)).ids }));
+  list.take(create(MeasurementListSchema, { ids: listOf(wishes.slice(0, 2)).ids }));
   assert.ok(!list.all().some(({ id }) => id === mine.id));
   list.take(create(MeasurementListSchema, {}));
   assert.equal(list.all().length, 1, "what the server has not taken yet stays");
   list.startRun(6n, true);
   assert.deepEqual(list.of(pictureOf(7n)), []);
+});
+
+test("a name and a removal reach the server before its answer, and after it", () => {
+  const wishes: MeasurementWish[] = [];
+  const list = new MeasurementList((wish) => wishes.push(wish));
+  list.startRun(5n, true);
+  const { id } = list.add(distance)!;
+  list.rename(id, "BPD");
+  assert.deepEqual(wishes.at(-1), { wish: { case: "rename", value: { id, name: "BPD" } } });
+  list.take(listOf(wishes));
+  list.rename(id, "HC");
+  assert.deepEqual(wishes.at(-1), { wish: { case: "rename", value: { id, name: "HC" } } });
+  list.remove(id);
+  assert.deepEqual(wishes.at(-1), { wish: { case: "remove", value: id } });
+  list.add(distance);
+  list.clear();
+  assert.deepEqual(wishes.at(-1), { wish: { case: "removeAll", value: true } });
+});
+
+test("what was measured without a connection is sent with the next session", () => {
+  const wishes: MeasurementWish[] = [];
+  let isConnected = true;
+  const list = new MeasurementList((wish) => isConnected && wishes.push(wish));
+  list.startRun(5n, true);
+  list.take(listOf([]));
+  isConnected = false;
+  const made = list.add({ ...distance, path: Array.from({ length: 512 }, (_, z): Mm => [0, 70, z]) })!;
+  isConnected = true;
+  list.startRun(5n, true);
+  list.take(listOf([]));
+  assert.equal(wishes.length, 1);
+  list.take(listOf(wishes));
+  assert.equal(wishes.length, 1, "once");
+  assert.deepEqual(
+    list.all().map(({ id, isKept, path }) => [id, isKept, path!.length < 110, path!.at(-1)]),
+    [[made.id, true, true, [0, 70, 511]]],
+  );
+});
+
+test("outlines of another display make no volume with those of this page", () => {
+  const wishes: MeasurementWish[] = [];
+  const [list, other] = [0, 1].map(() => new MeasurementList((wish) => wishes.push(wish))) as [
+    MeasurementList,
+    MeasurementList,
+  ];
+  for (const each of [list, other]) each.startRun(5n, true);
+  for (const z of [-4, 0, 4]) {
+    list.add({ ...base, kind: "area", points: circle(5, z) });
+    other.add({ ...base, kind: "area", points: circle(9, z) });
+  }
+  list.take(listOf(wishes));
+  assert.equal(list.all().length, 6);
+  near(list.addVolume(pictureOf(7n))!.figures[0]?.value, (Math.PI * 25 * 12) / 1000, 0.01);
+  const later = new MeasurementList();
+  later.startRun(5n, true);
+  later.take(listOf(wishes.slice(0, 6)));
+  assert.equal(later.outlinesOf(pictureOf(7n)).length, 6, "a page that has made none takes all");
 });

@@ -267,6 +267,7 @@ export function volumeOf(outlines: readonly Outline[]): Figure | undefined {
 
 /** "12.3 ± 0.4 mm"; areas from 1 cm² on in cm². */
 export function figureText({ value, uncertainty, unit }: Figure): string {
+  if (uncertainty === 0) return `${value.toFixed(2)}${unit === "deg" ? "°" : ` ${unit}`}`; // a program's: none is known
   if (unit === "mm²" && value >= 100) return `${(value / 100).toFixed(2)} ± ${atLeast(uncertainty / 100, 2)} cm²`;
   if (unit === "cm³") return `${value.toFixed(2)} ± ${atLeast(uncertainty, 2)} cm³`;
   const shown = unit === "deg" ? "°" : ` ${unit}`;

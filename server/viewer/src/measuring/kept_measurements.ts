@@ -14,8 +14,16 @@ export type MeasurementWish = MessageInitShape<typeof MeasurementRequestSchema>;
 
 const kKindNames = ["distance", "angle", "ellipse", "area", "fluid", "volume"] as const; // Measurement.Kind
 
+const kMostOnPath = 100; // points
+
 const mmOf = ({ xMm, yMm, zMm }: Point): Mm => [xMm, yMm, zMm];
 const pointOf = ([xMm, yMm, zMm]: Mm) => ({ xMm, yMm, zMm });
+
+/** For drawing: what was measured along it is known. */
+function thinned(path: readonly Mm[]): readonly Mm[] {
+  const step = Math.ceil(path.length / kMostOnPath);
+  return path.filter((_, index) => index % step === 0 || index === path.length - 1);
+}
 
 export function wishToAdd(made: Measurement): MeasurementWish {
   const { id, name, kind, place, points, across, path, sdMm, figures, first, last, captured, volumeId, runId } = made;
@@ -26,7 +34,7 @@ export function wishToAdd(made: Measurement): MeasurementWish {
     place,
     points: points.map(pointOf),
     ...(across && { across: pointOf(across) }),
-    path: path?.map(pointOf) ?? [],
+    path: thinned(path ?? []).map(pointOf),
     deviationMm: pointOf(sdMm),
     figures: figures.map(({ uncertainty, ...figure }) => ({ ...figure, deviation: uncertainty })),
     firstFrameNumber: first,

@@ -9,6 +9,8 @@ import { csvOf, kindTitle, type Measurement, type MeasurementList } from "./meas
 
 const kForget = "Remove all";
 const kReally = "Really remove all?";
+const kForgetsFile = "Remove all measurements, for all displays and from the recording's file";
+const kForgetsList = "Remove all measurements, for all displays; files of recordings that have ended keep theirs";
 const kAskedMs = 4000;
 
 export interface MeasurePanelEvents {
@@ -74,10 +76,12 @@ export class MeasurePanel {
 
   showList(picture: Picture | undefined): void {
     const all = this.list.all();
-    this.section.hidden = all.length === 0;
+    this.section.hidden = all.length === 0 && !this.list.trouble;
     this.volume.hidden = this.list.outlinesOf(picture).length < 3;
     const shown = this.list.of(picture);
     this.where.textContent = this.whereKept();
+    this.forget.disabled = !all.some((each) => this.list.mayChange(each));
+    this.forget.title = this.list.withRecording ? kForgetsFile : kForgetsList;
     // An item stays while nothing that it shows changes: it may be about to be clicked.
     const key = [
       this.mayMovePlanes,
@@ -87,18 +91,21 @@ export class MeasurePanel {
         return `${each.id} ${each.name} ${is.join(" ")}`;
       }),
     ].join();
-    if (key === this.shownKey || this.items.contains(document.activeElement)) return; // a name is being typed
+    const isTyping = document.activeElement instanceof HTMLInputElement && this.items.contains(document.activeElement);
+    if (key === this.shownKey || isTyping) return;
     this.shownKey = key;
+    const focused = [...this.items.querySelectorAll("button")].indexOf(document.activeElement as HTMLButtonElement);
     this.items.replaceChildren(...all.map((each) => this.item(each, shown.includes(each))));
+    this.items.querySelectorAll("button")[focused]?.focus();
   }
 
   private item(measurement: Measurement, isShown: boolean): HTMLElement {
-    const { name, kind, place, figures } = measurement;
+    const { id, name, kind, place, figures } = measurement;
     const mayChange = this.list.mayChange(measurement);
     const input = element("input", { value: name, maxLength: 24, ariaLabel: `Name of measurement ${name}` });
     input.readOnly = !mayChange;
     input.onchange = () => {
-      this.list.rename(measurement, input.value);
+      this.list.rename(id, input.value);
       if (!input.value.trim()) input.value = name;
       input.blur();
       this.events.changed();
@@ -107,14 +114,15 @@ export class MeasurePanel {
     const remove = element("button", { type: "button", textContent: "×", ariaLabel: `Remove measurement ${name}` });
     remove.onclick = () => {
       const at = [...this.items.children].indexOf(item);
-      this.list.remove(measurement);
+      this.list.remove(id);
       remove.blur();
       this.events.changed();
       const next = this.items.children[at] ?? this.items.lastElementChild;
       next?.querySelector<HTMLElement>("button")?.focus();
     };
     remove.disabled = !mayChange;
-    const where = isShown ? place : `${place}, ${this.volumeText(measurement)}`;
+    remove.title = input.title = mayChange ? "" : "An operator's display changes what the server keeps";
+    const where = isShown ? place : [place, this.volumeText(measurement)].filter(Boolean).join(", ");
     const text = element("span", {}, `${kindTitle(kind)} ${where}`);
     for (const figure of figures) {
       const what = figures.length > 1 ? ` ${figure.name}` : "";
@@ -139,7 +147,9 @@ export class MeasurePanel {
     const { trouble, withRecording } = this.list;
     const all = this.list.all();
     const onPage = all.filter(({ isKept }) => !isKept).length;
-    const place = withRecording ? "with this recording" : "on the server until it stops, and with recordings of them";
+    const place = withRecording
+      ? "with this recording"
+      : "on the server until it stops, and with each recording that holds their volume";
     const kept = onPage < all.length ? `Kept ${place}.` : "";
     const own = onPage > 0 ? `${onPage} of ${all.length} on this page only.` : "";
     return [trouble || kept, own].filter(Boolean).join(" ");

@@ -59,6 +59,8 @@ export function placeSdMm(samplesMm: readonly number[], pixelMm: number): Mm {
 
 export class MeasurementList {
   private kept: Measurement[] = [];
+  private readonly madeHere = new Set<bigint>();
+  private readonly sent = new Set<bigint>(); // in this session: the server has them, or has refused them
   private lastNumber = 0;
   private runId = 0n;
   /** Where the server keeps them, and what went wrong there. */
@@ -72,12 +74,13 @@ export class MeasurementList {
 
   /** What follows is measured on volumes of this start of the server; what was measured before stays in the list. */
   startRun(runId: bigint, mayKeep: boolean): void {
+    this.sent.clear();
     if (runId !== this.runId) this.kept = this.kept.map((each) => ({ ...each, isKept: false }));
     this.runId = runId;
     this.mayKeep = mayKeep;
   }
 
-  /** The server has told what it keeps. */
+  /** What the server keeps has changed, or a session begins. */
   take({ ids, changed, withRecording, trouble }: KeptList): void {
     this.withRecording = withRecording;
     this.trouble = trouble;
@@ -90,7 +93,15 @@ export class MeasurementList {
     const own = this.kept.filter(({ id, isKept }) => !isKept && !ids.includes(id));
     const isBefore = (each: Measurement) => each.runId !== this.runId;
     this.kept = [...own.filter(isBefore), ...listed, ...own.filter((each) => !isBefore(each))];
-    for (const { name } of this.kept) this.lastNumber = Math.max(this.lastNumber, Number(name) || 0);
+    const numbers = this.kept.map(({ name }) => (/^\d{1,4}$/.test(name) ? Number(name) : 0));
+    this.lastNumber = Math.max(this.lastNumber, ...numbers);
+    this.sendOwn();
+  }
+
+  /** Sends what was measured while there was no connection. The server's region of fluid is not there any more. */
+  private sendOwn(): void {
+    const isLost = (each: Measurement) => !each.isKept && this.isOfThisRun(each) && !this.sent.has(each.id);
+    for (const each of this.kept.filter((of) => isLost(of) && of.kind !== "fluid")) this.sendMade(each);
   }
 
   mayChange({ isKept }: Measurement): boolean {
@@ -136,32 +147,45 @@ export class MeasurementList {
     return this.keep({ ...made, ...(captured && { captured }) }, [volume]);
   }
 
-  /** The outlines in planes of an image volume since the last measured volume in it, so that several can be measured. */
+  /**
+   * The outlines in planes of an image volume since the last measured volume in it, so that several can be measured. Other
+   * displays may outline another body: where this page has outlines of its own, only these.
+   */
   outlinesOf(picture: Picture | undefined): Measurement[] {
     const all = this.of(picture);
-    const since = all.slice(all.map(({ kind }) => kind).lastIndexOf("volume") + 1);
-    return since.filter(({ kind, place }) => kind === "area" && place.startsWith("in "));
+    const outlines = (of: Measurement[]) => {
+      const since = of.slice(of.map(({ kind }) => kind).lastIndexOf("volume") + 1);
+      return since.filter(({ kind, place }) => kind === "area" && place.startsWith("in "));
+    };
+    const own = all.filter(({ id }) => this.madeHere.has(id));
+    return outlines(own.length > 0 ? own : all);
   }
 
   /** An empty name changes nothing. */
-  rename({ id, isKept }: Measurement, wanted: string): void {
+  rename(id: bigint, wanted: string): void {
     const name = wanted.trim();
     if (!name) return;
     this.kept = this.kept.map((each) => (each.id === id ? { ...each, name } : each));
-    if (isKept) this.send({ wish: { case: "rename", value: { id, name } } });
+    if (this.hasServer(id)) this.send({ wish: { case: "rename", value: { id, name } } });
   }
 
-  remove({ id, isKept }: Measurement): void {
+  remove(id: bigint): void {
+    const wasSent = this.hasServer(id);
     this.kept = this.kept.filter((each) => each.id !== id);
-    if (isKept) this.send({ wish: { case: "remove", value: id } });
+    if (wasSent) this.send({ wish: { case: "remove", value: id } });
   }
 
   /** All that this session may remove. */
   clear(): void {
-    const areKept = this.mayKeep && this.kept.some(({ isKept }) => isKept);
+    const wereSent = this.mayKeep && this.kept.some(({ id }) => this.hasServer(id));
     this.kept = this.kept.filter((each) => !this.mayChange(each));
     this.lastNumber = 0;
-    if (areKept) this.send({ wish: { case: "removeAll", value: true } });
+    if (wereSent) this.send({ wish: { case: "removeAll", value: true } });
+  }
+
+  /** Also where its answer is not here yet. */
+  private hasServer(id: bigint): boolean {
+    return this.sent.has(id) || this.kept.some((each) => each.id === id && each.isKept);
   }
 
   private keep({ of, ...what }: Made, figures: Figure[]): Measurement | undefined {
@@ -171,8 +195,15 @@ export class MeasurementList {
     const name = String((this.lastNumber += 1));
     const made = { ...what, ...of, id, isKept: false, name, runId: this.runId, figures };
     this.kept.push(made);
-    if (this.mayKeep) this.send(wishToAdd(made));
+    this.madeHere.add(id);
+    this.sendMade(made);
     return made;
+  }
+
+  private sendMade(made: Measurement): void {
+    if (!this.mayKeep) return;
+    this.sent.add(made.id);
+    this.send(wishToAdd(made));
   }
 }
 
@@ -209,11 +240,11 @@ export function csvOf(measurements: readonly Measurement[]): string {
       [
         notFormula(of.name),
         kindTitle(of.kind).toLowerCase(),
-        name,
+        notFormula(name),
         value.toFixed(3),
-        unit.replace("²", "2").replace("³", "3"),
+        notFormula(unit.replace("²", "2").replace("³", "3")),
         uncertainty.toFixed(3),
-        of.place.replaceAll("\u2212", "-"),
+        notFormula(of.place.replaceAll("\u2212", "-")),
         String(of.volumeId),
         of.runId.toString(16),
         of.captured?.toISOString() ?? "",
