@@ -58,7 +58,8 @@ void MeasurementFiles::load() {
     set_aside(path, troubles);
     entry.file->accept_file();  // it has a further name now
   }
-  show_trouble();
+  shown_trouble_ = trouble();
+  dependencies_.measurements.keep_with_recording(shown_trouble_);
 }
 
 /// A further name for the file: what is written later gets the name that it has.
@@ -193,12 +194,17 @@ void MeasurementFiles::finish() {
   for (Entry& each : entries_) each.file->finish();
 }
 
-void MeasurementFiles::show_trouble() {
+std::string MeasurementFiles::trouble() const {
   const bool both = !read_trouble_.empty() && !write_trouble_.empty();
-  const std::string trouble = read_trouble_ + (both ? " " : "") + write_trouble_;
-  dependencies_.measurements.keep_with_recording(trouble);
-  if (std::exchange(shown_trouble_, trouble) != trouble && dependencies_.trouble_changed)
-    dependencies_.trouble_changed();
+  return read_trouble_ + (both ? " " : "") + write_trouble_;
+}
+
+void MeasurementFiles::show_trouble() {
+  std::string now = trouble();
+  if (now == shown_trouble_) return;
+  shown_trouble_ = std::move(now);
+  dependencies_.measurements.keep_with_recording(shown_trouble_);
+  if (dependencies_.trouble_changed) dependencies_.trouble_changed();
 }
 
 }  // namespace fanlight

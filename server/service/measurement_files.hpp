@@ -31,8 +31,8 @@ class MeasurementFiles {
   /// work may run after its end.
   MeasurementFiles(std::filesystem::path played, Dependencies dependencies);
 
-  /// Reads the measurements of the recording that is played. A file that cannot be read, or not whole, gets a
-  /// further name first; where that fails, nothing is written.
+  /// Reads the measurements of the recording that is played, before there are sessions; any thread. A file
+  /// that cannot be read, or not whole, gets a further name first; where that fails, nothing is written.
   void load();
 
   /// The recorder has reported. `folder`: of the recordings.
@@ -70,6 +70,7 @@ class MeasurementFiles {
   void update(Entry& entry);
   void written(const Result<void>& saved);
   void set_aside(const std::filesystem::path& path, const std::vector<std::string>& troubles);
+  std::string trouble() const;
   void show_trouble();
 
   std::filesystem::path played_;

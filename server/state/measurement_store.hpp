@@ -54,8 +54,8 @@ class MeasurementStore {
   /// or written; empty: no trouble.
   void keep_with_recording(std::string trouble);
 
-  /// Takes the measurements of a file. Leaves out those that may not be kept, and returns a sentence for
-  /// each.
+  /// Takes the measurements of a file, before other threads know of this object. Leaves out those that may
+  /// not be kept, and returns a sentence for each.
   std::vector<std::string> load(v1::MeasurementFile file);
 
   /// The file for a recording of the frames with these numbers, both inclusive: measurements on volumes that
