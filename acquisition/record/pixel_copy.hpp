@@ -13,9 +13,9 @@
 #include <system_error>
 #include <vector>
 
-#include "acquisition/record/owned_file.hpp"
 #include "acquisition/source/printable.hpp"
 #include "proto/base/file_replacement.hpp"
+#include "proto/base/owned_file.hpp"
 #include "proto/base/result.hpp"
 #include "proto/exchange/recording_link.hpp"
 

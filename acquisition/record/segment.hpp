@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "acquisition/record/owned_file.hpp"
 #include "acquisition/record/segment_paths.hpp"
 #include "acquisition/sequence/recorded_frame.hpp"
+#include "proto/base/owned_file.hpp"
 #include "proto/base/result.hpp"
 
 namespace fanlight {

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "acquisition/record/owned_file.hpp"
+#include "proto/base/owned_file.hpp"
 
 namespace fanlight {
 

@@ -209,7 +209,7 @@ Result<void> print_recording(const InfoOptions& options) {
     add_measurements(json, options.file);
     fmt::print("{}\n", json_text(json, 1));
   } else {
-    fmt::print("{}{}{}", recording_text(*recording), sweep_text(*sweeps), measurement_text(options.file));
+    fmt::print("{}{}{}", recording_text(*recording), sweep_text(*sweeps), measurement_lines(options.file));
   }
   return write_pictures(options, nullptr, &*recording);
 }

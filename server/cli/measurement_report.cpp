@@ -42,9 +42,9 @@ std::string kind_of(const v1::Measurement& measurement) {
 }
 
 std::string line_of(const v1::Measurement& measurement) {
-  std::string line =
-      fmt::format("  {}, {} {}, frames {} to {}:", measurement.name(), kind_of(measurement),
-                  measurement.place(), measurement.first_frame_number(), measurement.last_frame_number());
+  const std::string place = measurement.place().empty() ? "" : " " + measurement.place();
+  std::string line = fmt::format("  {}, {}{}, frames {} to {}:", measurement.name(), kind_of(measurement),
+                                 place, measurement.first_frame_number(), measurement.last_frame_number());
   for (const v1::Measurement::Figure& figure : measurement.figures())
     line += fmt::format(" {} {:.2f} ± {:.2f} {};", figure.name(), figure.value(), figure.deviation(),
                         figure.unit());
@@ -54,7 +54,7 @@ std::string line_of(const v1::Measurement& measurement) {
 
 }  // namespace
 
-std::string measurement_text(const std::filesystem::path& recording) {
+std::string measurement_lines(const std::filesystem::path& recording) {
   const Kept kept = kept_with(recording);
   if (kept.measurements.empty() && kept.troubles.empty()) return "";
   std::string text = fmt::format("measurements: {} in {}; not for diagnosis\n", kept.measurements.size(),

@@ -8,7 +8,7 @@
 namespace fanlight {
 
 /// What `fanlight info` says of the measurements beside a recording: lines for people. Empty: there are none.
-std::string measurement_text(const std::filesystem::path& recording);
+std::string measurement_lines(const std::filesystem::path& recording);
 
 /// Adds "measurements", with numbers and their units, where there are any.
 void add_measurements(nlohmann::ordered_json& report, const std::filesystem::path& recording);

@@ -65,6 +65,14 @@ http::status status_of(const ClientCommand& command, const CommandResult& result
                                                       : http::status::bad_request;
 }
 
+/// {"done": true}, with the id of a measurement that was added or changed.
+RestApi::Response done_with(const v1::MeasurementRequest& request) {
+  ordered_json body = {{"done", true}};
+  if (request.has_add()) body["id"] = std::to_string(request.add().id());
+  if (request.has_rename()) body["id"] = std::to_string(request.rename().id());
+  return json_response(http::status::ok, body);
+}
+
 /// The member of an object where it is a text; else empty.
 std::string text_of(const json& object, const char* key) {
   const auto value = object.is_object() ? object.value(key, json()) : json();
@@ -209,7 +217,10 @@ RestApi::Response RestApi::change_measurements(const Request& request, const Pri
                     R"({{"remove": ID}} or {{"remove_all": true}})",
                     printable(reason.substr(0, reason.find('\n')))));
   }
-  return execute(principal, command, [&](const CommandResult&) { return measurements(); });
+  // So that the answer has it. The list is large, and others may wait.
+  if (command.request.has_add() && command.request.add().id() == 0)
+    command.request.mutable_add()->set_id(MeasurementStore::random_id());
+  return execute(principal, command, [&](const CommandResult&) { return done_with(command.request); });
 }
 
 // ---- recorder, replay and cine

@@ -54,10 +54,7 @@ void MeasurementFiles::load() {
     }
   }
   entry.signature = dependencies_.measurements.signature(entry.first_number, entry.last_number);
-  if (!troubles.empty()) {
-    set_aside(path, troubles);
-    entry.file->accept_file();  // it has a further name now
-  }
+  if (!troubles.empty()) set_aside(path, troubles);
   shown_trouble_ = trouble();
   dependencies_.measurements.keep_with_recording(shown_trouble_);
 }
@@ -102,7 +99,7 @@ MeasurementFiles::Entry& MeasurementFiles::add(const std::filesystem::path& reco
                                    v1::MeasurementFile file =
                                        dependencies_.measurements.file(entry.first_number, entry.last_number);
                                    file.set_recording_bytes(entry.bytes);
-                                   return [file = std::move(file)] { return measurement_text(file); };
+                                   return [file = std::move(file)] { return measurement_file_text(file); };
                                  },
                              .access = {.mode = 0600, .beneath = path.parent_path()},
                              .respects_others = true};
@@ -117,14 +114,12 @@ void MeasurementFiles::written(const Result<void>& saved) {
     write_trouble_.clear();
   } else if (saved.error().code == ErrorCode::kBadInput) {
     write_trouble_ =
-        "Another program has changed the measurements beside this recording, so those of this server are not "
-        "saved. "
-        "They last until it stops.";
+        "Measurements are not saved, since another program has changed their file. "
+        "They last until the server stops.";
   } else {
     write_trouble_ =
-        "Measurements are not saved, since the folder of this recording cannot be written. They last until "
-        "the server "
-        "stops.";
+        "Measurements are not saved, since the folder of this recording cannot be written. "
+        "They last until the server stops.";
   }
   show_trouble();
 }
@@ -172,7 +167,7 @@ void MeasurementFiles::ended(const std::filesystem::path& recording, const Recor
   entry->first_number = status.last_file_first_sequence;
   entry->last_number = status.last_file_last_sequence;
   entry->bytes = bytes_of(recording);
-  if (entry->signature != 0) entry->file->changed();  // with the recording's size
+  if (entry->signature != 0 && !entry->is_closed) entry->file->changed();  // with the recording's size
   update(*entry);
 }
 

@@ -10,6 +10,16 @@
 
 namespace fanlight {
 
+namespace {
+
+/// But for names, owner and mode: a backup may link or chmod it.
+bool is_same_file(const FileVersion& one, const FileVersion& other) {
+  return one.device == other.device && one.inode == other.inode && one.bytes == other.bytes &&
+         one.written_ns == other.written_ns;
+}
+
+}  // namespace
+
 SavedFile::SavedFile(std::filesystem::path path, Content content, Executor executor)
     : path_(std::move(path)), content_(std::move(content)), executor_(std::move(executor)) {
   on_disk_->version = file_version(path_);
@@ -18,11 +28,6 @@ SavedFile::SavedFile(std::filesystem::path path, Content content, Executor execu
 void SavedFile::changed() {
   unwritten_ = content_.snapshot();
   if (!writing_) write();
-}
-
-void SavedFile::accept_file() {
-  const std::scoped_lock lock(on_disk_->mutex);
-  on_disk_->version = file_version(path_);
 }
 
 void SavedFile::finish() {
@@ -36,7 +41,7 @@ Result<void> SavedFile::save(const std::filesystem::path& path, const Content& c
   const std::scoped_lock lock(on_disk.mutex);
   if (number < on_disk.newest) return {};  // finish() has written a later one
   on_disk.newest = number;
-  if (content.respects_others && file_version(path) != on_disk.version) {
+  if (content.respects_others && !is_same_file(file_version(path), on_disk.version)) {
     const Error changed{
         ErrorCode::kBadInput,
         fmt::format("{}: another program has changed it, expected it as this server left it", path.string())};

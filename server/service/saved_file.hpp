@@ -39,9 +39,6 @@ class SavedFile {
   /// The state has changed: writes the file soon, as the state is now.
   void changed();
 
-  /// The file as it is now may be replaced.
-  void accept_file();
-
   /// Writes at once what is not written yet: the server ends.
   void finish();
 

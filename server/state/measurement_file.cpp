@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "proto/base/owned_file.hpp"
 #include "proto/base/printable.hpp"
 
 namespace fanlight {
@@ -19,21 +20,6 @@ namespace {
 
 // Above what MeasurementStore takes: 4 MB of regions in base64, and its points.
 constexpr off_t kMostFileBytes = 20'000'000;
-
-class Descriptor {
- public:
-  explicit Descriptor(const std::filesystem::path& path)
-      : file_(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)) {}
-  ~Descriptor() {
-    if (file_ >= 0) close(file_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return file_; }
-
- private:
-  int file_;
-};
 
 Error unreadable(const std::string& why) {
   return {ErrorCode::kUnavailable,
@@ -48,9 +34,9 @@ std::string shortened(std::string_view text) {
 }  // namespace
 
 Result<std::optional<std::string>> read_measurement_file(const std::filesystem::path& path) {
-  const Descriptor file(path);
-  if (file.get() < 0 && errno == ENOENT) return std::optional<std::string>();
-  if (file.get() < 0) return unreadable(std::generic_category().message(errno));
+  const OwnedFile file(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+  if (!file.is_open() && errno == ENOENT) return std::optional<std::string>();
+  if (!file.is_open()) return unreadable(std::generic_category().message(errno));
   struct stat facts {};
   if (fstat(file.get(), &facts) != 0) return unreadable(std::generic_category().message(errno));
   if (!S_ISREG(facts.st_mode)) return unreadable("it is no regular file");
@@ -95,7 +81,7 @@ ReadMeasurements parse_measurements(std::string_view text) {
   return read;
 }
 
-std::string measurement_text(const v1::MeasurementFile& file) {
+std::string measurement_file_text(const v1::MeasurementFile& file) {
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;
   options.preserve_proto_field_names = true;

@@ -27,6 +27,6 @@ ReadMeasurements parse_measurements(std::string_view text);
 
 /// The text of such a file: protobuf's JSON with the names of the schema, one value a line. Takes up to 0.2
 /// s.
-std::string measurement_text(const v1::MeasurementFile& file);
+std::string measurement_file_text(const v1::MeasurementFile& file);
 
 }  // namespace fanlight

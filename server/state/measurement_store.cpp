@@ -18,11 +18,6 @@ namespace {
 // Of a message: what a session has room for among its answers.
 constexpr std::size_t kMostPartBytes = 100'000;
 
-std::uint64_t random_id() {
-  std::random_device device;
-  return static_cast<std::uint64_t>(device()) << 32 | device() | 1;
-}
-
 int points_of(const v1::Measurement& measurement) {
   return measurement.points_size() + measurement.path_size();
 }
@@ -36,6 +31,11 @@ Error not_found() {
 }
 
 }  // namespace
+
+std::uint64_t MeasurementStore::random_id() {
+  std::random_device device;
+  return static_cast<std::uint64_t>(device()) << 32 | device() | 1;
+}
 
 std::vector<MeasurementStore::Kept>::iterator MeasurementStore::find(std::uint64_t id) {
   return std::ranges::find(kept_, id, [](const Kept& each) { return each.measurement.id(); });
@@ -172,7 +172,7 @@ const std::string& MeasurementStore::overview() const {
     one.clear_path();
     if (one.has_region()) one.mutable_region()->clear_depths();
   }
-  auto json = nlohmann::ordered_json::parse(measurement_text(file));
+  auto json = nlohmann::ordered_json::parse(measurement_file_text(file));
   json.erase("recording_bytes");
   json["with_recording"] = with_recording_;
   json["trouble"] = trouble_;

@@ -40,6 +40,8 @@ class MeasurementStore {
   /// `changed`: called after each change of a measurement.
   explicit MeasurementStore(std::function<void()> changed = [] {}) : changed_(std::move(changed)) {}
 
+  static std::uint64_t random_id();  ///< never 0; any thread
+
   /// Adds, renames or removes. Errors: kInvalidArgument for a value; kUnavailable where there is no room;
   /// kNotFound: there is none of that id.
   Result<void> request(const v1::MeasurementRequest& request);

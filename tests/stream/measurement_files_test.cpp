@@ -56,7 +56,7 @@ TEST(MeasurementFile, CostsNoEntryForAnother) {
   EXPECT_EQ(parse_measurements(std::string(100'000, '[')).troubles.size(), 1U);
   MeasurementStore store;
   ASSERT_TRUE(store.request(adding(distance(2))));
-  json file = json::parse(measurement_text(store.file(0, 100)));
+  json file = json::parse(measurement_file_text(store.file(0, 100)));
   json later = file["measurements"][0];
   later["kind"] = "FUTURE";
   json damaged = file["measurements"][0];
@@ -109,7 +109,7 @@ TEST(MeasurementFile, OfAFullStoreCanBeReadAgain) {
     outline.set_id(id);
     if (!store.request(adding(outline))) break;
   }
-  const std::string text = measurement_text(store.file(0, 100));
+  const std::string text = measurement_file_text(store.file(0, 100));
   EXPECT_LT(text.size(), 20'000'000U);
   EXPECT_GT(text.size(), 4'000'000U);
   EXPECT_TRUE(parse_measurements(text).troubles.empty());
@@ -219,7 +219,7 @@ TEST_F(MeasurementFilesTest, AFileThatAnotherServerHasChangedIsLeftAlone) {
   keep(*other, distance(2));
   for (int i = 0; i < 1000 && list_of(*other).trouble().empty(); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  EXPECT_NE(list_of(*other).trouble().find("Another program has changed"), std::string::npos);
+  EXPECT_NE(list_of(*other).trouble().find("another program has changed"), std::string::npos);
   EXPECT_EQ(ids_in(file_), (std::vector<std::uint64_t>{1}));
 }
 

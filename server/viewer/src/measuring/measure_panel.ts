@@ -79,7 +79,8 @@ export class MeasurePanel {
     this.section.hidden = all.length === 0 && !this.list.trouble;
     this.volume.hidden = this.list.outlinesOf(picture).length < 3;
     const shown = this.list.of(picture);
-    this.where.textContent = this.whereKept();
+    const where = this.whereKept();
+    if (this.where.textContent !== where) this.where.textContent = where; // else it would be read out again
     this.forget.disabled = !all.some((each) => this.list.mayChange(each));
     this.forget.title = this.list.withRecording ? kForgetsFile : kForgetsList;
     // An item stays while nothing that it shows changes: it may be about to be clicked.
@@ -131,7 +132,7 @@ export class MeasurePanel {
     const item = element("li", {}, input, text, remove);
     if (!isShown && this.mayMovePlanes && this.list.withRecording && measurement.isKept)
       item.append(this.goTo(measurement));
-    const plane = isShown && this.planeOf(measurement);
+    const plane = this.planeOf(measurement);
     if (plane) item.append(plane);
     item.classList.toggle("elsewhere", !isShown);
     return item;
@@ -155,35 +156,18 @@ export class MeasurePanel {
     return [trouble || kept, own].filter(Boolean).join(" ");
   }
 
-  /** A button for the volume of a measurement. */
+  /** Shows the volume of a measurement. */
   private goTo({ name, first, last }: Measurement): HTMLButtonElement {
-    const button = element("button", {
-      type: "button",
-      className: "wide",
-      textContent: "Go to its volume",
-      title: "Show the sweep of the recording on which it was measured",
-      ariaDescription: `of measurement ${name}`,
-    });
-    button.onclick = () => {
-      button.blur(); // the item is made again
-      this.events.wantFrame((first + last) / 2n);
-    };
-    return button;
+    const what = "Show the sweep of the recording on which it was measured";
+    return wideButton("Go to its volume", what, name, () => this.events.wantFrame((first + last) / 2n));
   }
 
-  /** A button for the plane through both points of a distance. */
+  /** Shows the plane through both points of a distance. */
   private planeOf({ kind, name, points, across }: Measurement): HTMLButtonElement | undefined {
     const view = kind === "distance" && across ? planeThrough(points[0]!, points[1]!, across) : undefined;
     if (!view || !this.mayMovePlanes) return undefined;
-    const button = element("button", {
-      type: "button",
-      className: "wide",
-      textContent: "Plane through both points",
-      title: "Show the plane through both points, at right angles to the picture in which they were set",
-      ariaDescription: `of measurement ${name}`,
-    });
-    button.onclick = () => this.events.wantPlane(view);
-    return button;
+    const what = "Show the plane through both points, at right angles to the picture in which they were set";
+    return wideButton("Plane through both points", what, name, () => this.events.wantPlane(view));
   }
 
   /** The first click asks, since nothing brings them back. */
@@ -202,4 +186,11 @@ export class MeasurePanel {
     const file = new Blob([csvOf(this.list.all())], { type: "text/csv;charset=utf-8" });
     saveFile(file, `fanlight-measurements-${timeInName()}.csv`);
   }
+}
+
+function wideButton(textContent: string, title: string, name: string, onclick: () => void): HTMLButtonElement {
+  const ariaDescription = `of measurement ${name}`;
+  const button = element("button", { type: "button", className: "wide", textContent, title, ariaDescription });
+  button.onclick = onclick;
+  return button;
 }

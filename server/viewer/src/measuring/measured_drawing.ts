@@ -9,7 +9,7 @@ import type { Measurement } from "./measurement_list";
 import { borderIn, type RegionGrid } from "./region_border";
 
 const kArm = 6; // of a cross
-const kCharacter = 8.5; // about the width of one in a label
+const kCharacter = 11; // at most the mean width of one in a label, in any font
 
 export interface DrawnMeasurement {
   measurement: Measurement;
@@ -83,7 +83,9 @@ function labelPlace(kind: Measurement["kind"], corners: readonly PagePoint[]): P
 /** Name and value beside a place, within its pane, which ends at `right`. */
 function labelAt({ name, figures }: Measurement, { x, y }: PagePoint, right: number): SVGElement {
   const text = `${name}: ${figureText(figures[0]!)}`;
-  return drawing("text", { x: Math.min(x + 8, right - kCharacter * text.length), y: y - 8 }, text);
+  const fits = x + 8 + kCharacter * text.length < right;
+  const across = fits ? { x: x + 8 } : { x: right - 4, "text-anchor": "end" };
+  return drawing("text", { ...across, y: y - 8 }, text);
 }
 
 function crossAt({ x, y }: PagePoint): SVGElement {
