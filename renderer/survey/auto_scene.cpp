@@ -18,9 +18,14 @@ namespace {
 
 // Of the field: a round body extends beyond the part of it that the survey sees.
 constexpr double kMargin = 1.45;
+constexpr double kBodyMargin = 1.65;  // its outline is seen, against the dark
+// Of merit(). A liver's diaphragm, torn by shadows, has 16; sheets of the simulated probe have 35 to 57.
+constexpr double kLeastSure = 20;
 // Of the near wall of a shell, by the detector, where it looks for it first.
 constexpr double kLeastFoundOfShell = 0.5;
-constexpr double kBehindMm = 12;  // rays continue behind the sheet
+constexpr double kBehindMm = 12;       // rays continue behind the sheet
+constexpr double kOutlineShare = 0.3;  // of the field, behind a body
+constexpr double kBeforeWallMm = 5;
 
 /// Quantiles of the points along a direction, mm from the centre.
 struct Extent {
@@ -35,6 +40,20 @@ Extent extent_along(const SurfaceSurvey& survey, const glm::dvec3& direction, do
     return places[static_cast<std::size_t>(quantile * static_cast<double>(places.size() - 1))];
   };
   return {at(share), at(1 - share)};
+}
+
+/// How far the rays continue behind the farthest part of the sheet that is seen, `far_mm` from its centre.
+double reach_behind(const SurfaceSurvey& survey, const ViewFrame& frame, double field_mm, double far_mm) {
+  if (!survey.is_body) return kBehindMm;
+  // The outline of a ball lies behind the part of it that was found. The wall behind it is not shown.
+  double end_mm = far_mm + kOutlineShare * field_mm;
+  for (const glm::dvec3& point : survey.behind) {
+    const glm::dvec3 from = point - survey.centre;
+    const double aside_mm =
+        std::max(std::abs(glm::dot(from, frame.right)), std::abs(glm::dot(from, frame.up)));
+    if (aside_mm < field_mm / 2) end_mm = std::min(end_mm, glm::dot(from, frame.forward) - kBeforeWallMm);
+  }
+  return std::max(kBehindMm, end_mm - far_mm);
 }
 
 }  // namespace
@@ -65,23 +84,26 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   const auto tenth = [](double value) { return std::round(10 * value) / 10; };
   to.camera.target = {tenth(middle.x), tenth(middle.y), tenth(middle.z)};
   const double aspect = static_cast<double>(size.width) / size.height;
-  to.camera.field_mm =
-      std::ceil(kMargin * std::max(upward.high - upward.low, (across.high - across.low) / aspect));
+  to.camera.field_mm = std::ceil((survey->is_body ? kBodyMargin : kMargin) *
+                                 std::max(upward.high - upward.low, (across.high - across.low) / aspect));
   // The detector needs a whole window before the sheet.
   const double start_mm = survey->start_mm - glm::dot(survey->view, survey->centre) - kSurveyWindowMm;
   to.camera.distance_mm = tenth(std::max(0.0, -start_mm));
   to.rays.start_mm = tenth(std::max(0.0, start_mm));
-  to.rays.end_mm = tenth(to.camera.distance_mm + std::max(along.high, start_mm) + kBehindMm);
+  const double far_mm = std::max(along.high, start_mm);
+  const double behind_mm = reach_behind(*survey, frame, to.camera.field_mm, far_mm);
+  to.rays.end_mm = tenth(to.camera.distance_mm + far_mm + behind_mm);
   choose(fmt::format(
-      "a sheet of {:.0f} x {:.0f} mm, in {:.0f} % of the beams; the echo steps {} by {:.0f} "
+      "{} {:.0f} x {:.0f} mm, in {:.0f} % of the beams; the echo steps {} by {:.0f} "
       "grey levels there, by {:.0f} elsewhere",
-      across.high - across.low, upward.high - upward.low, 100 * survey->covered_share,
-      survey->sign == EdgeSign::kDarkToBright ? "up" : "down", survey->contrast, survey->clutter));
+      survey->is_body ? "a body in fluid," : "a sheet of", across.high - across.low, upward.high - upward.low,
+      100 * survey->covered_share, survey->sign == EdgeSign::kDarkToBright ? "up" : "down", survey->contrast,
+      survey->clutter));
   choose(fmt::format("looks at it at a right angle: yaw {:.0f}, pitch {:.0f} deg", to.camera.yaw_deg,
                      to.camera.pitch_deg));
   const double before_mm = along.low - start_mm;
   choose(fmt::format("rays begin {:.0f} mm {} its nearest part and end {:.0f} mm behind its farthest",
-                     std::abs(before_mm), before_mm >= 0 ? "before" : "behind", kBehindMm));
+                     std::abs(before_mm), before_mm >= 0 ? "before" : "behind", behind_mm));
 
   // The preset for bone, which shows its bright line.
   if (to.near.before_bone == NearTissueShow::kRemoved) to.detector.place = SurfacePlace::kLevel;
@@ -113,6 +135,8 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.light.depth_mm = tenth(-0.7 * to.camera.field_mm);
   place_fill_and_back_light(to);
   choose("the light comes from the upper left");
+  made.is_sure = shell || survey->is_body || merit(*survey) >= kLeastSure;
+  if (!made.is_sure) choose("it stands out little: slices beside it (mode slices) show more");
   limit(to);
   return made;
 }

@@ -40,15 +40,28 @@ class Sheets {
     }
   }
 
-  /// The sheet with the largest sum of steps; of each profile its largest step.
-  Sheet strongest() {
+  /// The `most` sheets with the largest sums of steps, the largest first.
+  std::vector<Sheet> strongest(std::size_t most) {
     std::vector<double> sums(peaks_.size(), 0.0);
     for (std::size_t i = 0; i < peaks_.size(); ++i) sums[root(i)] += peaks_[i].step;
-    if (sums.empty()) return {};
-    const auto best = static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
+    std::vector<std::size_t> roots;
+    for (std::size_t i = 0; i < peaks_.size(); ++i) {
+      if (root(i) == i) roots.push_back(i);
+    }
+    most = std::min(most, roots.size());
+    std::ranges::partial_sort(roots, roots.begin() + static_cast<std::ptrdiff_t>(most), std::greater(),
+                              [&](std::size_t each) { return sums[each]; });
+    std::vector<Sheet> sheets;
+    for (std::size_t i = 0; i < most; ++i) sheets.push_back(sheet_of(roots[i]));
+    return sheets;
+  }
+
+ private:
+  /// Of each profile its largest step.
+  Sheet sheet_of(std::size_t wanted) {
     Sheet sheet;
     for (std::size_t i = 0; i < peaks_.size(); ++i) {
-      if (root(i) != best) continue;
+      if (root(i) != wanted) continue;
       if (!sheet.empty() && sheet.back().profile == peaks_[i].profile) {
         if (peaks_[i].step > sheet.back().step) sheet.back() = peaks_[i];
       } else {
@@ -58,7 +71,6 @@ class Sheets {
     return sheet;
   }
 
- private:
   void add_peaks(std::uint32_t profile, const EchoSteps& steps) {
     std::vector<SheetPoint> found;
     for (int cell = steps.first_peak(profile, 0, least_step_); cell >= 0;
@@ -147,7 +159,13 @@ void EchoSteps::fill(std::uint32_t profile) {
 }
 
 Sheet strongest_sheet(const VolumeProfiles& profiles, const EchoSteps& steps, float least_step) {
-  return Sheets(profiles, steps, least_step).strongest();
+  std::vector<Sheet> sheets = strongest_sheets(profiles, steps, least_step, 1);
+  return sheets.empty() ? Sheet() : std::move(sheets.front());
+}
+
+std::vector<Sheet> strongest_sheets(const VolumeProfiles& profiles, const EchoSteps& steps, float least_step,
+                                    std::size_t most) {
+  return Sheets(profiles, steps, least_step).strongest(most);
 }
 
 double contrast_of(const Sheet& sheet) {

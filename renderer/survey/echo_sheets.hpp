@@ -68,6 +68,10 @@ using Sheet = std::vector<SheetPoint>;
 /// apart.
 Sheet strongest_sheet(const VolumeProfiles& profiles, const EchoSteps& steps, float least_step);
 
+/// The same of the `most` sheets with the largest sums, the largest first.
+std::vector<Sheet> strongest_sheets(const VolumeProfiles& profiles, const EchoSteps& steps, float least_step,
+                                    std::size_t most);
+
 /// Median step of a sheet, grey levels.
 double contrast_of(const Sheet& sheet);
 

@@ -9,6 +9,7 @@
 
 #include "renderer/survey/echo_sheets.hpp"
 #include "renderer/survey/ray_start.hpp"
+#include "renderer/survey/sheet_borders.hpp"
 #include "renderer/survey/volume_profiles.hpp"
 
 namespace fanlight {
@@ -17,7 +18,16 @@ namespace {
 
 // Least steps of a sheet that are tried, grey levels.
 constexpr float kLeastSteps[] = {8, 14, 20, 26, 32, 40, 50};
+constexpr std::size_t kMostSheets = 4;  // of each least step
 constexpr double kLeastCovered = 0.06;  // of the profiles
+// A body, by its sheet. In the simulated wombs, the heads of the tests, and a liver before its diaphragm:
+// - the share of its border with fluid and a farther sheet beside it: bodies 0.3 to 0.7, the liver's layers
+// to 0.13;
+constexpr double kLeastBefore = 0.22;
+// - the length of its border, of a square's of that area: bodies 0.9 to 1.45, layers with gaps from 1.8 on;
+constexpr double kMostBorder = 1.6;
+// - its contrast, of the best other sheet's: bodies about 1. A membrane, thinner than the window, has less.
+constexpr double kLeastContrastOfBody = 0.65;
 constexpr double kLeastOverClutter = 3;
 constexpr int kFoundCells = 4;
 constexpr double kRingDownMm = 15;
@@ -125,32 +135,44 @@ double median_depth_mm(const VolumeProfiles& profiles, const Sheet& sheet) {
   return *middle * profiles.cell_mm();
 }
 
-/// A large sheet of high contrast that is found first and can be seen from one side. The root: a clean sheet
-/// is better than twice as much that has grown together with its neighbours.
-double merit(const SurfaceSurvey& survey) {
-  const double clean = survey.found_share * survey.flatness;
-  return std::sqrt(survey.covered_share) * survey.contrast * clean * clean;
+/// Whether a sheet may be that of a body in fluid, such as a fetus before the wall of the uterus.
+bool stands_before_others(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet) {
+  const SheetBorders borders = borders_of(profiles, steps, sheet, static_cast<float>(contrast_of(sheet) / 2));
+  return borders.before - borders.behind > kLeastBefore * borders.all &&
+         borders.all < kMostBorder * 4 * std::sqrt(static_cast<double>(sheet.size()));
 }
 
 std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, const std::vector<CellRange>& ranges,
                                         EdgeSign sign, const std::stop_token& stop) {
   const EchoSteps steps(profiles, ranges, sign);
   const double least_contrast = kLeastOverClutter * steps.clutter();
-  std::optional<SurfaceSurvey> best;
+  std::optional<SurfaceSurvey> body;
+  std::optional<SurfaceSurvey> other;
   for (const float least_step : kLeastSteps) {
     if (stop.stop_requested()) return std::nullopt;
-    const Sheet sheet = strongest_sheet(profiles, steps, least_step);
-    if (static_cast<double>(sheet.size()) < kLeastCovered * profiles.profiles()) continue;
-    if (sheet.empty() || contrast_of(sheet) < least_contrast) continue;
-    // The echo of the probe's own face fades into the dark: that is no fluid behind tissue.
-    if (sign == EdgeSign::kBrightToDark && median_depth_mm(profiles, sheet) < kRingDownMm) continue;
-    SurfaceSurvey survey = survey_of(profiles, steps, sheet);
-    if (!best || merit(survey) > merit(*best)) best = std::move(survey);
+    for (const Sheet& sheet : strongest_sheets(profiles, steps, least_step, kMostSheets)) {
+      if (static_cast<double>(sheet.size()) < kLeastCovered * profiles.profiles()) continue;
+      if (sheet.empty() || contrast_of(sheet) < least_contrast) continue;
+      // The echo of the probe's own face fades into the dark: that is no fluid behind tissue.
+      if (sign == EdgeSign::kBrightToDark && median_depth_mm(profiles, sheet) < kRingDownMm) continue;
+      SurfaceSurvey survey = survey_of(profiles, steps, sheet);
+      std::optional<SurfaceSurvey>& best = stands_before_others(profiles, steps, sheet) ? body : other;
+      if (!best || merit(survey) > merit(*best)) best = std::move(survey);
+    }
   }
-  return best;
+  if (!body || (other && body->contrast < kLeastContrastOfBody * other->contrast)) return other;
+  body->is_body = true;
+  if (other) body->behind = std::move(other->points);
+  return body;
 }
 
 }  // namespace
+
+double merit(const SurfaceSurvey& survey) {
+  // The root: a clean sheet is better than twice as much that has grown together with its neighbours.
+  const double clean = survey.found_share * survey.flatness;
+  return std::sqrt(survey.covered_share) * survey.contrast * clean * clean;
+}
 
 SurfaceSurvey survey_of(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet) {
   SurfaceSurvey survey;

@@ -31,7 +31,13 @@ struct SurfaceSurvey {
   double threshold = 0;            ///< of the step, which finds the sheet best where it is looked for first
   double start_mm = 0;             ///< depth along `view` from the origin, from which it is looked for
   double found_share = 0;          ///< of the sheet's profiles, by that threshold, within 4 mm
+  bool is_body = false;            ///< it stands before other sheets, with fluid between them
+  std::vector<glm::dvec3> behind;  ///< points of the best other sheet, where this is a body
 };
+
+/// Larger for the better one of two sheets: large, of high contrast, seen from one side, and found first.
+/// 30 to 120 where the picture is clear.
+double merit(const SurfaceSurvey& survey);
 
 /// How a sheet lies, and how a search finds it. Precondition: it is not empty.
 SurfaceSurvey survey_of(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet);

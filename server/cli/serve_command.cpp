@@ -238,7 +238,8 @@ SurfaceFinder surface_finder(const ServerDescription& server) {
                                       const std::stop_token& stop) -> std::optional<FoundSurface> {
     auto found = auto_scene(volume, scene, size, stop);
     if (!found) return std::nullopt;
-    return FoundSurface{.scene = found->scene, .choices = std::move(found->choices)};
+    return FoundSurface{
+        .scene = found->scene, .choices = std::move(found->choices), .is_sure = found->is_sure};
   };
 }
 

@@ -49,11 +49,14 @@ bool DefaultView::answered(const SurveyDesk::Answer& answer) {
   }
   if (answer.outcome != Outcome::kFound) return false;  // it looks again
   const auto& found = answer.reply.found();
-  const auto scene = changed_scene(for_source_, found.scene());
+  auto scene = changed_scene(for_source_, found.scene());
   if (!scene) return false;
   found_ = true;
-  const bool differs = suggest(*scene, "no view was chosen, so the server looked for the surface and found " +
-                                           (found.choices().empty() ? "one" : found.choices(0)));
+  if (found.unsure()) scene->mode = Mode::kSlices;
+  std::string sentence = "no view was chosen, so the server looked for the surface and found " +
+                         (found.choices().empty() ? "one" : found.choices(0));
+  if (found.unsure()) sentence += ". It stands out little: slices are shown beside it";
+  const bool differs = suggest(*scene, sentence);
   for (int i = 1; i < found.choices_size(); ++i) spdlog::info("view: {}", found.choices(i));
   return differs;
 }

@@ -32,6 +32,7 @@ v1::SurveyReply reply_of(SurveyDesk::Outcome outcome, const FoundSurface& found)
     case Outcome::kFound:
       *reply.mutable_found()->mutable_scene() = scene_message(found.scene);
       for (const std::string& choice : found.choices) reply.mutable_found()->add_choices(choice);
+      reply.mutable_found()->set_unsure(!found.is_sure);
       break;
   }
   return reply;

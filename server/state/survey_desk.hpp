@@ -25,6 +25,7 @@ namespace fanlight {
 struct FoundSurface {
   Scene scene;
   std::vector<std::string> choices;  ///< a sentence for each
+  bool is_sure = true;               ///< false: slices beside it show more
 };
 /// Finds the surface. `scene`: what is not chosen stays as it is there. nullopt: none stands out, or a stop
 /// was requested. Any thread; may take a second.

@@ -54,6 +54,7 @@ std::vector<FigureBlock> measured(const Options& options) {
   blocks.push_back(measure_steady_sequences(bench));
   blocks.push_back(measure_thin_interface(bench));
   blocks.push_back(measure_wombs(bench));
+  blocks.push_back(measure_found_surfaces(bench));
   blocks.push_back(measure_relighting(bench));
   blocks.push_back(measure_reference_work(bench));
   return blocks;

@@ -41,6 +41,9 @@ FigureBlock measure_thin_interface(const Workbench& bench);
 /// The simulated womb, with and without its near tissue.
 FigureBlock measure_wombs(const Workbench& bench);
 
+/// The fetus before the wall of the uterus, as auto_scene() shows it.
+FigureBlock measure_found_surfaces(const Workbench& bench);
+
 /// The reference work (R1): the phantom of the simulated probe.
 FigureBlock measure_reference_work(const Workbench& bench);
 

@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/phantom/phantom_options.hpp"
 #include "tests/accuracy/depth_rig.hpp"
 #include "tests/accuracy/measurements.hpp"
-#include "tests/accuracy/phantom_truth.hpp"
+#include "tests/accuracy/womb_truth.hpp"
 #include "tests/support/pixel_rays.hpp"
 
 namespace fanlight::test {
 
 namespace {
-
-using Part = BodyScene::Part;
 
 constexpr PictureSize kWombSize{192, 192};
 constexpr int kWombs = 20;
@@ -22,49 +19,6 @@ constexpr int kWombs = 20;
 constexpr double kNearMm = 3;
 constexpr double kSameMm = 1;
 constexpr double kWallMm = 1;
-
-bool is_fetus(Part part) {
-  return part == Part::kHead || part == Part::kHand || part == Part::kCord;
-}
-
-/// The womb at time 0, without its near wall.
-class Fetus {
- public:
-  explicit Fetus(const PhantomSource& source)
-      : source_(source), poses_(source.bodies()->poses_at(0)), geometry_(source.description().geometry) {}
-
-  BodyScene::Found at(const glm::dvec3& point) const {
-    return source_.bodies()->found(poses_, {point.x, point.y, point.z});
-  }
-
-  /// Depth at which a ray meets the fetus, where it meets it first behind the near wall and within the fan.
-  std::optional<double> met_mm(const PixelRay& ray, double from_mm, double to_mm) const {
-    bool in_fluid = false;
-    for (double depth_mm = from_mm; depth_mm < to_mm;) {
-      const glm::dvec3 point = ray.at(depth_mm);
-      const BodyScene::Found found = at(point);
-      if (found.part != Part::kNearWall && found.distance_mm <= 0) {
-        const bool meets = in_fluid && is_fetus(found.part) && is_scanned(point);
-        return meets ? std::optional(depth_mm) : std::nullopt;
-      }
-      in_fluid |= found.distance_mm > 0;
-      depth_mm += std::max(0.05, 0.6 * std::abs(static_cast<double>(found.distance_mm)));
-    }
-    return std::nullopt;
-  }
-
- private:
-  bool is_scanned(const glm::dvec3& point) const {
-    const FanCoordinate fan = geometry_.fan_coordinate(point.y, point.z);
-    const FramePlace place = geometry_.frame_place({point.x, fan.depth_mm});
-    return std::abs(fan.angle_rad) < source_.description().last_angle_rad && place.column > 1 &&
-           place.column < geometry_.columns - 2 && place.row < geometry_.rows - 1;
-  }
-
-  const PhantomSource& source_;
-  BodyScene::Poses poses_;
-  const FanGeometry& geometry_;
-};
 
 /// What a scene shows of the womb.
 struct WombView {
@@ -85,7 +39,7 @@ WombView viewed(const Fetus& fetus, const Scene& scene, std::vector<float> shown
       if (depth_mm < 0) continue;
       const PixelRay ray = rays.ray(column, row);
       const BodyScene::Found found = fetus.at(ray.at(depth_mm));
-      view.wall += found.part == Part::kNearWall && found.distance_mm < kWallMm ? 1 : 0;
+      view.wall += found.part == BodyScene::Part::kNearWall && found.distance_mm < kWallMm ? 1 : 0;
       const auto truth_mm = fetus.met_mm(ray, rays.first_mm(), rays.last_mm());
       if (!truth_mm || std::abs(depth_mm - *truth_mm) > kNearMm) continue;
       view.fetus[pixel] = true;
@@ -109,30 +63,11 @@ double kept_percent(const WombView& without_wall, const WombView& view) {
   return 100 * kept / all;
 }
 
-/// A womb, scanned.
-struct ScannedWomb {
-  std::unique_ptr<PhantomSource> source;
-  Volume volume;
-};
-
-ScannedWomb scanned_womb(int seed, std::string_view wall) {
-  auto config =
-      parse_phantom(fmt::format("scene=womb,moving=off,seed={},wall={}", seed, wall), usual_phantom());
-  if (!config) throw std::runtime_error(config.error().message);
-  config->pace = PhantomSource::Pace::kUnpaced;
-  auto source = made_phantom(*config);
-  Volume volume = next_sweep(*source);
-  return {.source = std::move(source), .volume = std::move(volume)};
-}
-
 FigureRow womb_row(const Workbench& bench, const std::string& name, int seed) {
-  const ScannedWomb walled = scanned_womb(seed, "on");
-  const ScannedWomb open = scanned_womb(seed, "off");
-  const SourceDescription& description = walled.source->description();
-  const ScannedFan fan{.geometry = description.geometry,
-                       .first_angle_rad = description.first_angle_rad,
-                       .last_angle_rad = description.last_angle_rad};
-  DepthRig rig(bench.gpu, fan, description.frames_per_volume, kWombSize);
+  const ScannedWomb walled = scanned_womb(fmt::format("scene=womb,seed={}", seed));
+  const ScannedWomb open = scanned_womb(fmt::format("scene=womb,wall=off,seed={}", seed));
+  const ScannedFan fan = walled.fan();
+  DepthRig rig(bench.gpu, fan, walled.source->description().frames_per_volume, kWombSize);
   Scene scene = scene_for(fan.geometry, fan.first_angle_rad, fan.last_angle_rad, kWombSize.height);
   bench.change(scene);
   const auto view_of = [&](const ScannedWomb& womb, NearTissueShow tissue) {

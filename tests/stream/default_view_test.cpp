@@ -46,7 +46,7 @@ class DefaultViewTest : public testing::Test {
   std::optional<FoundSurface> find(const Scene& scene) {
     if (outcome_ == Outcome::kNoMemory) throw std::bad_alloc();
     if (outcome_ != Outcome::kFound) return std::nullopt;
-    FoundSurface found{.scene = scene, .choices = {"a sheet"}};
+    FoundSurface found{.scene = scene, .choices = {"a sheet"}, .is_sure = is_sure_};
     found.scene.camera.yaw_deg = yaw_deg_;
     return found;
   }
@@ -79,6 +79,7 @@ class DefaultViewTest : public testing::Test {
   }
   Outcome outcome_ = Outcome::kFound;
   double yaw_deg_ = 0;
+  bool is_sure_ = true;
   bool stopped_ = false;
   std::vector<SurveyDesk::Answer> answers_;
   VolumeCopier copier_{link_, run_at_once};
@@ -129,6 +130,18 @@ TEST_F(DefaultViewTest, ShowsSlicesUntilThereIsASurface) {
   EXPECT_EQ(mode(), Mode::kSurface);
   EXPECT_EQ(notes_.size(), 2U) << "in place of the older one";
   EXPECT_EQ(yaw_deg(), -12);
+}
+
+TEST_F(DefaultViewTest, ShowsSlicesBesideASurfaceThatStandsOutLittle) {
+  is_sure_ = false;
+  shown(0);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 25));
+  EXPECT_EQ(mode(), Mode::kSlices);
+  EXPECT_EQ(yaw_deg(), 25);
+  EXPECT_NE(notes_.back().find("stands out little"), std::string::npos) << notes_.back();
+  shown(kLaterNs);
+  EXPECT_FALSE(asked()) << "it was found";
 }
 
 TEST_F(DefaultViewTest, EndsWhenSomebodyChangesTheScene) {

@@ -189,6 +189,76 @@ TEST(SurfaceSurveyTest, FindsAHeadInNineteenOfTwentyPoses) {
   EXPECT_GE(found, 19);
 }
 
+/// Fluid with a head and the wall of a uterus behind it, with the grey levels of real scans.
+Volume head_before_wall(const Head& head, bool casts_shadow, std::uint32_t seed) {
+  std::mt19937 bits(seed);
+  std::normal_distribution<double> speckle(0, 16);
+  return made_volume(kSurveyFan, survey_angles(), [&](const Point& at) {
+    const double wall_mm = 104 + 4 * std::sin(at.x_mm / 17) - 0.003 * (at.x_mm * at.x_mm + at.z_mm * at.z_mm);
+    // Where the beam to this point passes the middle of the head.
+    const double beam_z_mm =
+        at.z_mm * (head.centre.y + kSurveyFan.motor_radius_mm) / (at.y_mm + kSurveyFan.motor_radius_mm);
+    const double aside =
+        std::hypot((at.x_mm - head.centre.x) / head.radii.x, (beam_z_mm - head.centre.z) / head.radii.z);
+    const bool in_shadow = casts_shadow && aside < 0.9 && at.y_mm > head.centre.y;
+    if (in_shadow) return 28 + speckle(bits) / 2;
+    return (head.holds(at) || at.y_mm > wall_mm ? 96 : 28) + speckle(bits);
+  });
+}
+
+TEST(SurfaceSurveyTest, PrefersABodyInFluidToTheWallBehindIt) {
+  int found = 0;
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    std::mt19937 bits(seed);
+    const auto between = [&](double low, double high) {
+      return low + (high - low) * static_cast<double>(bits()) / 0x1p32;
+    };
+    const Head head{.centre = {between(-10, 10), between(55, 65), between(-10, 10)},
+                    .radii = {between(18, 26), between(18, 26), between(22, 30)},
+                    .turn_rad = between(-1.5, 1.5),
+                    .tilt_rad = between(-0.7, 0.7)};
+    const auto survey = find_surface(head_before_wall(head, seed % 2 == 0, seed));
+    if (!survey) continue;
+    int on_head = 0;
+    for (const glm::dvec3& point : survey->points)
+      on_head += head.holds({.x_mm = point.x, .y_mm = point.y + 4, .z_mm = point.z}) ? 1 : 0;
+    const bool is_head = on_head >= 0.8 * static_cast<double>(survey->points.size());
+    EXPECT_EQ(is_head, survey->is_body) << seed;
+    found += is_head ? 1 : 0;
+  }
+  EXPECT_GE(found, 19);
+}
+
+TEST(SurfaceSurveyTest, TakesNoWallAndNoLayersForABody) {
+  // A wall from one side to the other.
+  EXPECT_FALSE(find_surface(behind_plane({0.4, 0}))->is_body);
+  // Layers of tissue that are dark in places, before a dome in tissue.
+  const Volume layers = made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
+    const bool layer = at.y_mm > 16 && at.y_mm < 22 && std::sin(at.x_mm / 5) * std::cos(at.z_mm / 6) > -0.3;
+    const double dome_mm = 90 - 0.01 * (at.x_mm * at.x_mm + at.z_mm * at.z_mm);
+    const bool dome = at.y_mm > dome_mm && at.y_mm < dome_mm + 8;
+    return (layer ? 120.0 : dome ? 160.0 : 60.0) + 2 * noise(at);
+  });
+  const auto survey = find_surface(layers);
+  ASSERT_TRUE(survey);
+  EXPECT_FALSE(survey->is_body);
+  EXPECT_GT(survey->centre.y, 70);
+}
+
+TEST(AutoSceneTest, ShowsTheOutlineOfABodyAndNotTheWallBehindIt) {
+  const Head head{.centre = {0, 60, 0}, .radii = {22, 22, 26}, .turn_rad = 0.3, .tilt_rad = 0.2};
+  const auto made = auto_scene(head_before_wall(head, true, 1),
+                               scene_for(kSurveyFan, radians(-30), radians(30)), {512, 512});
+  ASSERT_TRUE(made);
+  EXPECT_TRUE(made->is_sure);
+  const ViewFrame view = view_frame(made->scene.camera);
+  const auto depth_mm = [&](const glm::dvec3& at) { return glm::dot(at - view.centre, view.forward); };
+  EXPECT_LT(made->scene.rays.start_mm, depth_mm({0, 36, 0}));
+  EXPECT_GT(made->scene.rays.end_mm, depth_mm({0, 58, 0}));
+  EXPECT_LT(made->scene.rays.end_mm, depth_mm({0, 100, 0}));
+  EXPECT_GT(made->scene.camera.field_mm, 2 * 26);
+}
+
 TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
   const Scene base = scene_for(kSurveyFan, radians(-30), radians(30));
   const auto made = auto_scene(behind_plane({0.4, 0}), base, {512, 512});
@@ -207,9 +277,9 @@ TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
 }
 
 TEST(AutoSceneTest, BeginsTheRaysBehindAnEchoBeforeTheSheet) {
-  // A narrow bright layer 9 mm before the tissue, over half of its width.
+  // A narrow bright layer 9 mm before the tissue, over a third of its width.
   const Volume volume = made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
-    const bool layer = at.x_mm > 0 && at.y_mm > 51 && at.y_mm < 54;
+    const bool layer = at.x_mm > 15 && at.y_mm > 51 && at.y_mm < 54;
     return (at.y_mm > 60 || layer ? 140.0 : 20.0) + noise(at);
   });
   const auto made = auto_scene(volume, scene_for(kSurveyFan, radians(-30), radians(30)), {512, 512});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The button "Find the surface": asks the server for a scene that shows the surface of the last volume, and sets it.
+// The button "Find surface": asks the server for a scene that shows the surface of the last volume, and sets it.
 import type { SurveyReply } from "../generated/fanlight_pb.js";
 import { valuesOf } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
