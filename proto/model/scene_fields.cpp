@@ -145,10 +145,11 @@ const SceneField kFields[] = {
                                 "the tissue between the probe and the first fluid: shown, or removed where "
                                 "the volume shows fluid behind it",
                                 FirstPass::kCast, kNearTissue),
-    choice<MEMBER(near.before_bone)>("near.before_bone",
-                                     "what lies between the probe and a closed bright shell, such as a "
-                                     "skull: shown, or removed where the volume shows one",
-                                     FirstPass::kCast, kNearTissue),
+    choice<MEMBER(near.before_bone)>(
+        "near.before_bone",
+        "what lies between the probe and a closed bright shell, such as a "
+        "skull, or the first fluid: shown, or removed where the volume shows one",
+        FirstPass::kCast, kNearTissue),
     row<MEMBER(near.shift_mm)>("near.shift_mm", "mm",
                                "moves the end of what is removed away from the probe; negative: towards it",
                                -30, 30, 0, FirstPass::kCast),

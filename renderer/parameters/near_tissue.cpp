@@ -21,6 +21,15 @@ constexpr int kHalvings = 6;
 constexpr std::uint32_t kPoints = FANLIGHT_RAY_STARTS;
 using Starts = std::array<std::optional<double>, std::size_t{kPoints} * kPoints>;
 
+/// Rows from the end of near tissue to where rays start. The detector reads samples before its place: where
+/// it looks for the end of what is bright, it would find the end of near tissue there. A bone lies next to
+/// the end of what is before it.
+double rows_to_start(const Scene& scene, double step_mm, const FanGeometry& geometry,
+                     const NearTissueSearch& search) {
+  if (scene.detector.sign == EdgeSign::kDarkToBright || search.ends_at_bone) return 0;
+  return scene.detector.window / 2.0 * step_mm / geometry.pixel_height_mm;
+}
+
 /// Whether a point lies in the scanned fan, and before the end of the near tissue.
 class Removed {
  public:
@@ -129,8 +138,8 @@ double NearTissue::end_row_at(const FanGeometry& geometry, double column, double
 }
 
 const NearTissue* NearTissueSearch::removed_by(const Scene::Near& near) const {
-  const NearTissueShow wanted = ends_at_bone ? near.before_bone : near.tissue;
-  return found && wanted == NearTissueShow::kRemoved ? &*found : nullptr;
+  const bool wanted = ends_at_bone ? near.before_bone == NearTissueShow::kRemoved : near.is_removed();
+  return found && wanted ? &*found : nullptr;
 }
 
 NearTissueState NearTissueSearch::state(const Scene::Near& near) const {
@@ -161,7 +170,8 @@ shaders::NearTissueParameters near_tissue_parameters(const Scene& scene, const s
   std::ranges::transform(near->end_row, to.end_row,
                          [&](float row) { return static_cast<float>(row + shift_rows); });
 
-  const Removed removed(geometry, volume, *near, shift_rows);
+  const Removed removed(geometry, volume, *near,
+                        shift_rows + rows_to_start(scene, rays.step, geometry, search));
   Starts starts;
   for (std::uint32_t row = 0; row < kPoints; ++row) {
     for (std::uint32_t column = 0; column < kPoints; ++column) {

@@ -161,7 +161,7 @@ NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& leve
     if (const auto shell = find_shell(volume)) search.found = shell->before;
     search.ends_at_bone = search.found.has_value();
   }
-  search.for_fluid = !search.found && wanted.tissue == NearTissueShow::kRemoved;
+  search.for_fluid = !search.found && wanted.is_removed();
   if (search.for_fluid) search.found = find_near_tissue(volume, levels);
   return search;
 }

@@ -6,6 +6,7 @@
 #include "proto/model/preset.hpp"
 #include "tests/support/gpu_rig.hpp"
 #include "tests/support/made_volume.hpp"
+#include "tests/support/survey_fan.hpp"
 
 namespace fanlight::test::near_tissue_tests {
 namespace {
@@ -215,8 +216,19 @@ TEST_F(NearTissueGpuTest, EndsAtTheNearSideOfASkullByThePresetForBone) {
   });
   EXPECT_LT(static_cast<double>(off), 0.02 * static_cast<double>(points.size()));
 
-  volume_.emplace(made_volume(kFan, even_angles(), grey_at));
+  volume_.emplace(
+      made_volume(kFan, even_angles(), [](const Point& at) { return 110 + 30 * position_noise(at); }));
   EXPECT_EQ(shown(depth_mm).stamp.near_tissue, NearTissueState::kNoBone);
+}
+
+TEST_F(NearTissueGpuTest, EndsInFluidByThePresetForBoneWhereThereIsNoSkull) {
+  // Next to its end the wall is in the detector's window, and the fluid behind it is darker.
+  scene_.camera.field_mm = 90;
+  apply_preset(scene_, *std::ranges::find(presets(), "bone", &Preset::name));
+  scene_.near.tissue = NearTissueShow::kShown;
+  std::vector<float> depth_mm;
+  EXPECT_EQ(shown(depth_mm).stamp.near_tissue, NearTissueState::kRemoved);
+  for (const Point& at : surface()) EXPECT_GT(at.y_mm, 25) << at.x_mm << " " << at.z_mm;
 }
 
 }  // namespace

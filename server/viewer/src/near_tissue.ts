@@ -11,7 +11,7 @@ export function nearTissueText(state: NearTissue): string {
   if (state === NearTissue.REMOVED) return "Near tissue removed";
   if (state === NearTissue.NOT_FOUND) return "No fluid behind near tissue: nothing removed";
   if (state === NearTissue.REMOVED_TO_BONE) return "Removed up to the bone";
-  if (state === NearTissue.NO_BONE) return "No skull found: nothing removed";
+  if (state === NearTissue.NO_BONE) return "Neither skull nor fluid found: nothing removed";
   return "";
 }
 
