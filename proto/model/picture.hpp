@@ -53,7 +53,7 @@ enum class NearTissueState : std::uint8_t {
   kRemoved,        ///< up to the first fluid
   kNotFound,       ///< to be removed, but the volume shows no fluid behind it: it is shown
   kRemovedToBone,  ///< up to the near wall of a closed bright shell
-  kNoBone,         ///< to be removed, but the volume shows no such shell: it is shown
+  kNoBone,         ///< to be removed, but the volume shows neither such a shell nor fluid: it is shown
 };
 
 /// Identity and time of one picture.

@@ -8,26 +8,18 @@ namespace fanlight {
 
 namespace {
 
-// What every preset sets, where its own values do not differ.
-constexpr Look::Value kCommon[] = {{"mode", "surface"},
-                                   {"filter.size_mm", "6"},
-                                   {"detector.threshold", "0"},
-                                   {"detector.least_tissue", "0"},
-                                   {"detector.least_contrast", "0"},
-                                   {"detector.window_mm", "6"},
-                                   {"detector.sign", "dark-to-bright"},
-                                   {"detector.place", "level"},
-                                   {"near.before_bone", "shown"},
-                                   {"finish.colours", "none"},
-                                   {"glass.amount", "0"},
-                                   {"fill_light.red", "1"},
-                                   {"fill_light.green", "1"},
-                                   {"fill_light.blue", "1"},
-                                   {"fill_light.strength", "0.5"},
-                                   {"back_light.red", "1"},
-                                   {"back_light.green", "1"},
-                                   {"back_light.blue", "1"},
-                                   {"back_light.strength", "0.5"}};
+// What the search for the surface chooses, with its usual values.
+constexpr Look::Value kSurface[] = {{"detector.threshold", "0"},         {"detector.least_tissue", "0"},
+                                    {"detector.least_contrast", "0"},    {"detector.window_mm", "6"},
+                                    {"detector.sign", "dark-to-bright"}, {"detector.place", "level"},
+                                    {"near.before_bone", "shown"}};
+
+// What every preset sets as well, where its own values do not differ.
+constexpr Look::Value kCommon[] = {
+    {"mode", "surface"},       {"filter.size_mm", "6"},        {"finish.colours", "none"},
+    {"glass.amount", "0"},     {"fill_light.red", "1"},        {"fill_light.green", "1"},
+    {"fill_light.blue", "1"},  {"fill_light.strength", "0.5"}, {"back_light.red", "1"},
+    {"back_light.green", "1"}, {"back_light.blue", "1"},       {"back_light.strength", "0.5"}};
 
 // A small window keeps folds and creases; less light goes under the skin, and shadows are open.
 constexpr Look::Value kSkinPreset[] = {{"filter.size_mm", "4"},
@@ -62,7 +54,8 @@ constexpr Look::Value kDepthPreset[] = {{"mode", "depth"}, {"finish.colours", "g
 constexpr Preset kPresets[] = {
     {"face", "the surface, smooth, in warm light", "skin", {}},
     {"skin", "the surface with its folds and creases", "skin", kSkinPreset},
-    {"bone", "the near side of a skull, or the first border from bright to dark", "clinical", kBonePreset},
+    {"bone", "the near side of a skull, or the first border from bright to dark behind near tissue",
+     "clinical", kBonePreset},
     {"depth", "how far the surface is: near is bright", "clinical", kDepthPreset},
     {"baby", "the surface in warm light before a far field that is darker and cooler", "skin", kBabyPreset},
     {"fluid", "the near border of fluid, such as a bladder or a cyst; crop or cut away what hides it",
@@ -72,8 +65,12 @@ constexpr Preset kPresets[] = {
 };
 
 /// The values in the order in which they are set.
-std::array<std::span<const Look::Value>, 3> layers(const Preset& preset) {
-  return {std::ranges::find(looks(), preset.look, &Look::name)->values, kCommon, preset.values};
+std::array<std::span<const Look::Value>, 4> layers(const Preset& preset) {
+  return {std::ranges::find(looks(), preset.look, &Look::name)->values, kSurface, kCommon, preset.values};
+}
+
+bool sets(const Preset& preset, std::string_view field) {
+  return std::ranges::find(preset.values, field, &Look::Value::field) != preset.values.end();
 }
 
 void set(Scene& scene, const Look::Value& value) {
@@ -97,10 +94,25 @@ std::vector<std::string_view> preset_fields(const Preset& preset) {
   return names;
 }
 
+std::vector<std::string_view> found_fields(const Preset& preset) {
+  // The sign says on which side of the surface the echo is brighter.
+  if (sets(preset, "detector.sign")) return {};
+  std::vector<std::string_view> names;
+  for (const Look::Value& value : kSurface) {
+    if (!sets(preset, value.field)) names.push_back(value.field);
+  }
+  return names;
+}
+
 void apply_preset(Scene& scene, const Preset& preset) {
   for (const auto& values : layers(preset)) {
     for (const Look::Value& value : values) set(scene, value);
   }
+}
+
+void apply_preset(Scene& scene, const Preset& preset, const Scene& found) {
+  apply_preset(scene, preset);
+  for (const std::string_view name : found_fields(preset)) find_scene_field(name)->copy(scene, found);
 }
 
 }  // namespace fanlight

@@ -38,7 +38,7 @@ enum class FrameSteps : std::uint8_t {
   kRemoved,  ///< by the mean over one frame spacing, across the frames
 };
 /// The tissue next to the probe: all before the first fluid, such as the belly's wall, or all before the near
-/// wall of a closed bright shell, such as a skull.
+/// wall of a closed bright shell, such as a skull (where there is none, all before the first fluid).
 enum class NearTissueShow : std::uint8_t {
   kShown,
   kRemoved,  ///< rays start where it ends, if the volume shows that

@@ -147,8 +147,8 @@ const SceneField kFields[] = {
                                 FirstPass::kCast, kNearTissue),
     choice<MEMBER(near.before_bone)>(
         "near.before_bone",
-        "what lies between the probe and a closed bright shell, such as a "
-        "skull, or the first fluid: shown, or removed where the volume shows one",
+        "what lies before a closed bright shell, such as a skull, or else before the first fluid: shown, or "
+        "removed where the volume shows one of them",
         FirstPass::kCast, kNearTissue),
     row<MEMBER(near.shift_mm)>("near.shift_mm", "mm",
                                "moves the end of what is removed away from the probe; negative: towards it",

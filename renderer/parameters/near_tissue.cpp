@@ -26,7 +26,7 @@ using Starts = std::array<std::optional<double>, std::size_t{kPoints} * kPoints>
 /// the end of what is before it.
 double rows_to_start(const Scene& scene, double step_mm, const FanGeometry& geometry,
                      const NearTissueSearch& search) {
-  if (scene.detector.sign == EdgeSign::kDarkToBright || search.ends_at_bone) return 0;
+  if (scene.detector.sign != EdgeSign::kBrightToDark || search.ends_at_bone) return 0;
   return scene.detector.window / 2.0 * step_mm / geometry.pixel_height_mm;
 }
 

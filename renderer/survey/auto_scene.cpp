@@ -19,13 +19,17 @@ namespace {
 // Of the field: a round body extends beyond the part of it that the survey sees.
 constexpr double kMargin = 1.45;
 constexpr double kBodyMargin = 1.65;  // its outline is seen, against the dark
-// Of merit(). A liver's diaphragm, torn by shadows, has 16; sheets of the simulated probe have 35 to 57.
-constexpr double kLeastSure = 20;
+// Of clarity(). A liver's diaphragm, torn by shadows, has 0.24; sheets of the simulated probe have 0.3 to
+// 0.5.
+constexpr double kLeastSure = 0.27;
 // Of the near wall of a shell, by the detector, where it looks for it first.
 constexpr double kLeastFoundOfShell = 0.5;
-constexpr double kBehindMm = 12;       // rays continue behind the sheet
-constexpr double kOutlineShare = 0.3;  // of the field, behind a body
-constexpr double kBeforeWallMm = 5;
+constexpr double kLeastAtFan = 0.03;  // of the border
+constexpr double kBehindMm = 12;      // rays continue behind the sheet
+// Of the field, behind a body: half of a round one's width.
+constexpr double kOutlineShare = 0.3;
+constexpr double kBeforeWallMm = kSurveyWindowMm;  // else the detector sees it
+constexpr double kNearestOfWall = 0.05;            // of its points: a share may be of something else
 
 /// Quantiles of the points along a direction, mm from the centre.
 struct Extent {
@@ -42,18 +46,33 @@ Extent extent_along(const SurfaceSurvey& survey, const glm::dvec3& direction, do
   return {at(share), at(1 - share)};
 }
 
-/// How far the rays continue behind the farthest part of the sheet that is seen, `far_mm` from its centre.
-double reach_behind(const SurfaceSurvey& survey, const ViewFrame& frame, double field_mm, double far_mm) {
+/// How far the rays continue behind the farthest part of the sheet that is seen. Depths from the centre of
+/// the sheet; `middle`: of the picture.
+double reach_behind(const SurfaceSurvey& survey, const ViewFrame& frame, const glm::dvec3& middle,
+                    double field_mm, double aspect, double far_mm) {
   if (!survey.is_body) return kBehindMm;
-  // The outline of a ball lies behind the part of it that was found. The wall behind it is not shown.
-  double end_mm = far_mm + kOutlineShare * field_mm;
+  // The outline of a round body lies behind the part of it that was found. Of the wall behind it no more is
+  // shown than a plane cannot part from the body.
+  double reach_mm = kOutlineShare * field_mm;
+  std::vector<double> wall_mm;
   for (const glm::dvec3& point : survey.behind) {
-    const glm::dvec3 from = point - survey.centre;
-    const double aside_mm =
-        std::max(std::abs(glm::dot(from, frame.right)), std::abs(glm::dot(from, frame.up)));
-    if (aside_mm < field_mm / 2) end_mm = std::min(end_mm, glm::dot(from, frame.forward) - kBeforeWallMm);
+    const glm::dvec3 aside = point - middle;
+    if (std::abs(glm::dot(aside, frame.right)) > aspect * field_mm / 2) continue;
+    if (std::abs(glm::dot(aside, frame.up)) > field_mm / 2) continue;
+    wall_mm.push_back(glm::dot(point - survey.centre, frame.forward));
   }
-  return std::max(kBehindMm, end_mm - far_mm);
+  if (!wall_mm.empty()) {
+    const auto nearest =
+        wall_mm.begin() + static_cast<std::ptrdiff_t>(kNearestOfWall * static_cast<double>(wall_mm.size()));
+    std::ranges::nth_element(wall_mm, nearest);
+    reach_mm = std::min(reach_mm, *nearest - kBeforeWallMm - far_mm);
+  }
+  return std::max(kBehindMm, reach_mm);
+}
+
+/// Of an angle that is printed without a fraction: 0, not -0.
+double without_sign_of_zero(double value) {
+  return value == 0 ? 0 : value;
 }
 
 }  // namespace
@@ -62,11 +81,13 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
                                     const std::stop_token& stop) {
   // Rings of a probe in air are the smoothest sheet of all.
   if (volume.stamp().warnings.has(SweepWarning::kRings)) return std::nullopt;
-  const auto near_tissue = find_near_tissue(volume, measured_levels(volume));
+  const EchoLevels levels = measured_levels(volume);
+  const auto near_tissue = find_near_tissue(volume, levels);
   // A head that touches the tissue before it: its near side is looked for, not the far one from within.
   auto shell = near_tissue ? std::nullopt : find_shell(volume, stop);
   if (shell && shell->near_wall.found_share < kLeastFoundOfShell) shell.reset();
-  const auto survey = shell ? std::optional(shell->near_wall) : find_surface(volume, stop, near_tissue);
+  const auto survey =
+      shell ? std::optional(shell->near_wall) : find_surface(volume, levels, stop, near_tissue);
   if (!survey) return std::nullopt;
   AutoScene made{.scene = scene, .choices = {}};
   Scene& to = made.scene;
@@ -91,16 +112,19 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.camera.distance_mm = tenth(std::max(0.0, -start_mm));
   to.rays.start_mm = tenth(std::max(0.0, start_mm));
   const double far_mm = std::max(along.high, start_mm);
-  const double behind_mm = reach_behind(*survey, frame, to.camera.field_mm, far_mm);
+  const double behind_mm = reach_behind(*survey, frame, middle, to.camera.field_mm, aspect, far_mm);
   to.rays.end_mm = tenth(to.camera.distance_mm + far_mm + behind_mm);
+  choose(fmt::format("{} {:.0f} x {:.0f} mm", survey->is_body ? "a body in fluid," : "a sheet of",
+                     across.high - across.low, upward.high - upward.low));
+  if (near_tissue) choose("the tissue before the first fluid is removed");
+  if (survey->at_fan_share >= kLeastAtFan)
+    choose(fmt::format("the scanned fan ends at {:.0f} % of its border", 100 * survey->at_fan_share));
   choose(fmt::format(
-      "{} {:.0f} x {:.0f} mm, in {:.0f} % of the beams; the echo steps {} by {:.0f} "
-      "grey levels there, by {:.0f} elsewhere",
-      survey->is_body ? "a body in fluid," : "a sheet of", across.high - across.low, upward.high - upward.low,
+      "it is in {:.0f} % of the beams; the echo steps {} by {:.0f} grey levels there, by {:.0f} elsewhere",
       100 * survey->covered_share, survey->sign == EdgeSign::kDarkToBright ? "up" : "down", survey->contrast,
       survey->clutter));
-  choose(fmt::format("looks at it at a right angle: yaw {:.0f}, pitch {:.0f} deg", to.camera.yaw_deg,
-                     to.camera.pitch_deg));
+  choose(fmt::format("the camera looks at it at a right angle: yaw {:.0f}, pitch {:.0f} deg",
+                     without_sign_of_zero(to.camera.yaw_deg), without_sign_of_zero(to.camera.pitch_deg)));
   const double before_mm = along.low - start_mm;
   choose(fmt::format("rays begin {:.0f} mm {} its nearest part and end {:.0f} mm behind its farthest",
                      std::abs(before_mm), before_mm >= 0 ? "before" : "behind", behind_mm));
@@ -109,7 +133,6 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   if (to.near.before_bone == NearTissueShow::kRemoved) to.detector.place = SurfacePlace::kLevel;
   to.near.tissue = near_tissue ? NearTissueShow::kRemoved : NearTissueShow::kShown;
   to.near.before_bone = shell ? NearTissueShow::kRemoved : NearTissueShow::kShown;
-  if (near_tissue) choose("the tissue before the first fluid is removed");
   if (shell) {
     to.detector.place = SurfacePlace::kRidge;
     choose(
@@ -124,10 +147,10 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.detector.sign = survey->sign;
   // The sheet is judged by its own step, not by the levels of the whole volume.
   to.detector.least_tissue = 1;
-  choose(
-      fmt::format("the detector compares {:.0f} mm on either side and asks for {:.0f} grey levels, which "
-                  "finds {:.0f} % of the sheet first",
-                  kSurveyWindowMm, survey->threshold, 100 * survey->found_share));
+  choose(fmt::format(
+      "the detector compares {:.0f} mm on either side and asks for {:.0f} grey levels; {:.0f} % of "
+      "the surface are the first such step of their beams",
+      kSurveyWindowMm, survey->threshold, 100 * survey->found_share));
 
   // Steep enough that the sheet's own relief throws short shadows.
   to.light.right_mm = tenth(-0.4 * to.camera.field_mm);
@@ -135,8 +158,8 @@ std::optional<AutoScene> auto_scene(const Volume& volume, const Scene& scene, co
   to.light.depth_mm = tenth(-0.7 * to.camera.field_mm);
   place_fill_and_back_light(to);
   choose("the light comes from the upper left");
-  made.is_sure = shell || survey->is_body || merit(*survey) >= kLeastSure;
-  if (!made.is_sure) choose("it stands out little: slices beside it (mode slices) show more");
+  made.is_sure = shell || survey->is_body || clarity(*survey) >= kLeastSure;
+  if (!made.is_sure) choose("it is small or torn: slices beside it (mode slices) show more");
   limit(to);
   return made;
 }

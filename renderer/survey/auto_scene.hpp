@@ -16,7 +16,7 @@ namespace fanlight {
 struct AutoScene {
   Scene scene;
   std::vector<std::string> choices;
-  bool is_sure = true;  ///< false: the surface stands out little, and slices beside it show more
+  bool is_sure = true;  ///< false: the surface is small or torn, and slices beside it show more
 };
 
 /// `scene`: what is not chosen stays as it is here. nullopt: the volume has no surface that stands out, and a

@@ -16,7 +16,7 @@ namespace fanlight {
 std::optional<NearTissue> find_near_tissue(const Volume& volume, const EchoLevels& levels);
 
 /// Looks for what the scene removes: what lies before a closed bright shell (find_shell); where there is
-/// none, or it is shown, near tissue. Deterministic; allocates.
+/// none, or that is shown, near tissue before fluid. Deterministic; allocates.
 NearTissueSearch search_near_tissue(const Volume& volume, const EchoLevels& levels,
                                     const Scene::Near& wanted);
 

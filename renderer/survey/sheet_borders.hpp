@@ -6,19 +6,22 @@
 
 namespace fanlight {
 
-/// How a sheet lies to what is found beside it, as a body before a wall does, and the wall behind it.
+/// How a sheet from dark to bright relates to what lies beside it: a body stands before a wall, and the wall
+/// lies behind the body. Lengths across the beams, at the depth of the sheet.
 struct SheetBorders {
-  int all = 0;  ///< pairs of neighbouring profiles at its border
-  int before =
-      0;  ///< pairs of neighbouring profiles at its border: the other one shows a step farther off only
-  int behind = 0;  ///< pairs of which the other one shows a nearer step that this one does not have
-
-  /// Of the pairs, those before, with `neutral` pairs more that count by half: 0 behind all, 1 before all.
-  double before_share(double neutral) const { return (before + neutral / 2) / (before + behind + neutral); }
+  double area_mm2 = 0;   ///< of the sheet
+  double all_mm = 0;     ///< of its border
+  double fan_mm = 0;     ///< where the fan ends
+  double before_mm = 0;  ///< beside it there is fluid, and then a sheet that is farther from the probe
+  double behind_mm = 0;  ///< beside it there is a nearer sheet, which it does not lie under itself
 };
 
-/// `least_step`: of a step beside the sheet that counts, grey levels.
-SheetBorders borders_of(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet,
-                        float least_step);
+struct BorderLevels {
+  float least_step = 0;  ///< of a sheet beside it, grey levels
+  double fluid = 0;      ///< the brightest level of fluid
+};
+
+SheetBorders sheet_borders(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet,
+                           const BorderLevels& levels);
 
 }  // namespace fanlight

@@ -20,14 +20,25 @@ namespace {
 constexpr float kLeastSteps[] = {8, 14, 20, 26, 32, 40, 50};
 constexpr std::size_t kMostSheets = 4;  // of each least step
 constexpr double kLeastCovered = 0.06;  // of the profiles
-// A body, by its sheet. In the simulated wombs, the heads of the tests, and a liver before its diaphragm:
-// - the share of its border with fluid and a farther sheet beside it: bodies 0.3 to 0.7, the liver's layers
-// to 0.13;
+// A body, by its sheet:
+// - of the way from fluid to tissue, the most that is fluid, and the least that is a step to tissue, which a
+// membrane
+//   is not: it is thinner than the window;
+constexpr double kMostFluid = 0.3;
+constexpr double kLeastStepOfBody = 0.4;
+// - of the speckle's deviation, the least step: 3, which are 17 dB. A lump in tissue has less;
+constexpr double kLeastOverSpeckle = 3;
+// - of its border, the share before another sheet, less that behind one (bodies: 0.3 to 0.7), and the share
+// where
+//   the fan ends (bodies: up to 0.2; a ledge of a wall, or a membrane, over half of the fan: 0.6);
 constexpr double kLeastBefore = 0.22;
-// - the length of its border, of a square's of that area: bodies 0.9 to 1.45, layers with gaps from 1.8 on;
+constexpr double kMostAtFan = 0.4;
+// - the length of its border within the fan, of that of a square of its area: bodies 0.9 to 1.45, layers with
+// gaps
+//   from 1.8 on.
 constexpr double kMostBorder = 1.6;
-// - its contrast, of the best other sheet's: bodies about 1. A membrane, thinner than the window, has less.
-constexpr double kLeastContrastOfBody = 0.65;
+// Of profiles in each direction: fewer show no border.
+constexpr std::uint32_t kLeastAcross = 8;
 constexpr double kLeastOverClutter = 3;
 constexpr int kFoundCells = 4;
 constexpr double kRingDownMm = 15;
@@ -135,43 +146,62 @@ double median_depth_mm(const VolumeProfiles& profiles, const Sheet& sheet) {
   return *middle * profiles.cell_mm();
 }
 
-/// Whether a sheet may be that of a body in fluid, such as a fetus before the wall of the uterus.
-bool stands_before_others(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet) {
-  const SheetBorders borders = borders_of(profiles, steps, sheet, static_cast<float>(contrast_of(sheet) / 2));
-  return borders.before - borders.behind > kLeastBefore * borders.all &&
-         borders.all < kMostBorder * 4 * std::sqrt(static_cast<double>(sheet.size()));
+/// The borders of a sheet that is a body's in fluid, such as a fetus before the wall of the uterus. nullopt:
+/// it is none.
+std::optional<SheetBorders> body_borders(const VolumeProfiles& profiles, const EchoSteps& steps,
+                                         const Sheet& sheet, const EchoLevels& levels) {
+  if (steps.sign() != EdgeSign::kDarkToBright || !levels.known) return std::nullopt;
+  if (profiles.across() < kLeastAcross || profiles.frames() < kLeastAcross) return std::nullopt;
+  const double contrast = contrast_of(sheet);
+  if (contrast < kLeastStepOfBody * (levels.tissue - levels.fluid)) return std::nullopt;
+  if (levels.in_decibels() && contrast < kLeastOverSpeckle * levels.noise) return std::nullopt;
+  const SheetBorders borders = sheet_borders(profiles, steps, sheet,
+                                             {.least_step = static_cast<float>(contrast / 2),
+                                              .fluid = std::lerp(levels.fluid, levels.tissue, kMostFluid)});
+  const bool is_body = borders.before_mm - borders.behind_mm > kLeastBefore * borders.all_mm &&
+                       borders.fan_mm < kMostAtFan * borders.all_mm &&
+                       borders.all_mm - borders.fan_mm < kMostBorder * 4 * std::sqrt(borders.area_mm2);
+  return is_body ? std::optional(borders) : std::nullopt;
 }
 
-std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, const std::vector<CellRange>& ranges,
-                                        EdgeSign sign, const std::stop_token& stop) {
+double merit(const SurfaceSurvey& survey) {
+  return clarity(survey) * survey.contrast;
+}
+
+std::optional<SurfaceSurvey> find_steps(const VolumeProfiles& profiles, const EchoLevels& levels,
+                                        const std::vector<CellRange>& ranges, EdgeSign sign,
+                                        const std::stop_token& stop) {
   const EchoSteps steps(profiles, ranges, sign);
   const double least_contrast = kLeastOverClutter * steps.clutter();
   std::optional<SurfaceSurvey> body;
   std::optional<SurfaceSurvey> other;
   for (const float least_step : kLeastSteps) {
-    if (stop.stop_requested()) return std::nullopt;
     for (const Sheet& sheet : strongest_sheets(profiles, steps, least_step, kMostSheets)) {
+      if (stop.stop_requested()) return std::nullopt;
       if (static_cast<double>(sheet.size()) < kLeastCovered * profiles.profiles()) continue;
       if (sheet.empty() || contrast_of(sheet) < least_contrast) continue;
       // The echo of the probe's own face fades into the dark: that is no fluid behind tissue.
       if (sign == EdgeSign::kBrightToDark && median_depth_mm(profiles, sheet) < kRingDownMm) continue;
       SurfaceSurvey survey = survey_of(profiles, steps, sheet);
-      std::optional<SurfaceSurvey>& best = stands_before_others(profiles, steps, sheet) ? body : other;
+      if (const auto borders = body_borders(profiles, steps, sheet, levels)) {
+        survey.is_body = true;
+        survey.at_fan_share = borders->fan_mm / borders->all_mm;
+      }
+      std::optional<SurfaceSurvey>& best = survey.is_body ? body : other;
       if (!best || merit(survey) > merit(*best)) best = std::move(survey);
     }
   }
-  if (!body || (other && body->contrast < kLeastContrastOfBody * other->contrast)) return other;
-  body->is_body = true;
+  if (!body) return other;
   if (other) body->behind = std::move(other->points);
   return body;
 }
 
 }  // namespace
 
-double merit(const SurfaceSurvey& survey) {
+double clarity(const SurfaceSurvey& survey) {
   // The root: a clean sheet is better than twice as much that has grown together with its neighbours.
   const double clean = survey.found_share * survey.flatness;
-  return std::sqrt(survey.covered_share) * survey.contrast * clean * clean;
+  return std::sqrt(survey.covered_share) * clean * clean;
 }
 
 SurfaceSurvey survey_of(const VolumeProfiles& profiles, const EchoSteps& steps, const Sheet& sheet) {
@@ -192,7 +222,8 @@ SurfaceSurvey survey_of(const VolumeProfiles& profiles, const EchoSteps& steps, 
   return survey;
 }
 
-std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_token& stop,
+std::optional<SurfaceSurvey> find_surface(const Volume& volume, const EchoLevels& levels,
+                                          const std::stop_token& stop,
                                           const std::optional<NearTissue>& removed) {
   const VolumeProfiles profiles(volume, stop);
   if (stop.stop_requested()) return std::nullopt;
@@ -200,8 +231,8 @@ std::optional<SurfaceSurvey> find_surface(const Volume& volume, const std::stop_
   for (std::uint32_t profile = 0; removed && profile < profiles.profiles(); ++profile)
     ranges[profile].first = static_cast<int>(std::ceil(profiles.end_cell(profile, *removed)));
   // Behind most surfaces of interest, such as skin in fluid, the echo is brighter.
-  if (auto found = find_steps(profiles, ranges, EdgeSign::kDarkToBright, stop)) return found;
-  return find_steps(profiles, ranges, EdgeSign::kBrightToDark, stop);
+  if (auto found = find_steps(profiles, levels, ranges, EdgeSign::kDarkToBright, stop)) return found;
+  return find_steps(profiles, levels, ranges, EdgeSign::kBrightToDark, stop);
 }
 
 }  // namespace fanlight

@@ -104,7 +104,7 @@ Result<void> InputRenderer::look_at(const Volume& volume) {
   scene_ = view->scene;
   renderer_->show({.revision = 2, .scene = scene_});
   for (const std::string& choice : view->choices) notes_.push_back("auto: " + choice);
-  notes_.push_back("auto: the same without it: " + view->options);
+  notes_.push_back("auto: to repeat this without --auto: " + view->options);
   return {};
 }
 

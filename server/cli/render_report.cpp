@@ -135,7 +135,7 @@ void print_text(std::FILE* out, const RenderReport& report) {
   if (picture.stamp.near_tissue == NearTissueState::kNotFound)
     fmt::print(out, "near tissue is shown: no fluid was found behind it\n");
   if (picture.stamp.near_tissue == NearTissueState::kNoBone)
-    fmt::print(out, "near tissue is shown: neither a skull nor fluid was found behind it\n");
+    fmt::print(out, "neither a skull nor fluid was found: no near tissue is removed\n");
   if (picture.stamp.uncertain_share >= 0.005)
     fmt::print(
         out,

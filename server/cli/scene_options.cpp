@@ -114,7 +114,7 @@ Result<Scene> SceneOptions::with_preset(Scene scene) const {
   const auto known = std::ranges::find_if(
       presets(), [&](const Preset& preset) { return std::ranges::equal(preset_, preset.name, {}, lower); });
   if (known != presets().end()) {
-    apply_preset(scene, *known);
+    apply_preset(scene, *known, Scene(scene));
     return scene;
   }
   if (!preset_.ends_with(".json")) {

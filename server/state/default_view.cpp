@@ -51,11 +51,16 @@ bool DefaultView::answered(const SurveyDesk::Answer& answer) {
   const auto& found = answer.reply.found();
   auto scene = changed_scene(for_source_, found.scene());
   if (!scene) return false;
-  found_ = true;
+  found_ = !found.unsure();
+  // Another torn sheet is no better, and would move the view.
+  if (found.unsure() && std::exchange(is_unsure_, true)) return false;
   if (found.unsure()) scene->mode = Mode::kSlices;
   std::string sentence = "no view was chosen, so the server looked for the surface and found " +
                          (found.choices().empty() ? "one" : found.choices(0));
-  if (found.unsure()) sentence += ". It stands out little: slices are shown beside it";
+  if (found.unsure())
+    sentence +=
+        ". It is small or torn: slices are shown beside it, and the server looks again until the scene is "
+        "changed";
   const bool differs = suggest(*scene, sentence);
   for (int i = 1; i < found.choices_size(); ++i) spdlog::info("view: {}", found.choices(i));
   return differs;
@@ -66,7 +71,7 @@ bool DefaultView::source_changed(const Scene& suggested, std::int64_t now_ns) {
   for_source_ = suggested;
   const bool touched = !untouched();
   outdated_ = looking_;
-  found_ = false;
+  found_ = is_unsure_ = false;
   next_ns_ = 0;
   captured_from_ns_ = now_ns;
   const bool noted = notes_.size() > source_notes_;

@@ -49,6 +49,7 @@ class DefaultView {
   bool looking_ = false;
   bool outdated_ = false;  // the answer that is awaited: it is of a volume of the geometry before
   bool found_ = false;
+  bool is_unsure_ = false;  // what is shown was found, but is small or torn
   std::int64_t next_ns_ = 0;
   std::int64_t captured_from_ns_ = INT64_MIN;  // volumes captured earlier have another geometry
   std::vector<std::string>& notes_;

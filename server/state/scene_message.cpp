@@ -121,6 +121,7 @@ void add_presets(v1::Hello& hello) {
       const SceneField& field = *find_scene_field(name);
       put_change(*row.mutable_scene(), field, field.get(scene));
     }
+    for (const std::string_view name : found_fields(preset)) row.add_found_fields(std::string(name));
   }
 }
 

@@ -111,7 +111,7 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     assert.equal(await viewer.page.locator('[data-field="detector.sign"]').inputValue(), "1");
     const mark = viewer.page.locator("#near-tissue-mark");
     await mark.waitFor({ state: "visible" });
-    assert.equal(await mark.textContent(), "No skull found: nothing removed");
+    assert.equal(await mark.textContent(), "Near tissue removed", "no skull, but fluid below the reverberation");
     await press(viewer, "z");
     await viewer.settled();
     assert.ok(await isPressed(viewer, '[data-preset="face"]'), "undo does not bring the preset back");

@@ -139,8 +139,18 @@ TEST_F(DefaultViewTest, ShowsSlicesBesideASurfaceThatStandsOutLittle) {
   EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 25));
   EXPECT_EQ(mode(), Mode::kSlices);
   EXPECT_EQ(yaw_deg(), 25);
-  EXPECT_NE(notes_.back().find("stands out little"), std::string::npos) << notes_.back();
+  EXPECT_NE(notes_.back().find("small or torn"), std::string::npos) << notes_.back();
   shown(kLaterNs);
+  ASSERT_TRUE(asked());
+  EXPECT_FALSE(answer(SurveyDesk::Outcome::kFound, 35)) << "no better";
+  EXPECT_EQ(yaw_deg(), 25);
+  is_sure_ = true;
+  shown(2 * kLaterNs);
+  ASSERT_TRUE(asked());
+  EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 12));
+  EXPECT_EQ(mode(), Mode::kSurface);
+  EXPECT_EQ(yaw_deg(), 12);
+  shown(3 * kLaterNs);
   EXPECT_FALSE(asked()) << "it was found";
 }
 

@@ -127,12 +127,22 @@ constexpr Scene::Near kToBone{.before_bone = NearTissueShow::kRemoved};
 NearTissueSearch after(SteadyNearTissue& steady, const std::optional<NearTissue>& found,
                        const FanGeometry& geometry, bool ends_at_bone = false,
                        const Scene::Near& wanted = kBoth) {
-  NearTissueSearch search{.for_fluid = !ends_at_bone && wanted.tissue == NearTissueShow::kRemoved,
+  NearTissueSearch search{.for_fluid = !ends_at_bone && wanted.is_removed(),
                           .for_bone = wanted.before_bone == NearTissueShow::kRemoved,
                           .found = found,
                           .ends_at_bone = ends_at_bone};
   steady.add(search, wanted, geometry);
   return search;
+}
+
+TEST(NearTissueTest, EndsInFluidWhereASceneWantsItToEndAtABoneAndThereIsNone) {
+  const ScannedWomb womb = scanned("scene=womb,seed=2,moving=off");
+  const NearTissueSearch search = search_near_tissue(womb.volume, measured_levels(womb.volume), kToBone);
+  EXPECT_EQ(search.state(kToBone), NearTissueState::kRemoved);
+  ASSERT_NE(search.removed_by(kToBone), nullptr);
+  EXPECT_FALSE(search.ends_at_bone);
+  EXPECT_EQ(search.removed_by(Scene::Near{}), nullptr);
+  EXPECT_EQ(search.state(Scene::Near{}), NearTissueState::kShown);
 }
 
 NearTissue at_row(float row) {

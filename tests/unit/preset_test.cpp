@@ -48,6 +48,23 @@ TEST(PresetTest, LeavesNothingOfAnotherPreset) {
   }
 }
 
+TEST(PresetTest, ShowsTheSurfaceThatWasFoundUnlessItLooksForItsOwn) {
+  Scene found;
+  found.detector.sign = EdgeSign::kEither;
+  found.detector.threshold = 26;
+  found.near.before_bone = NearTissueShow::kRemoved;
+  for (const Preset& preset : presets()) {
+    const bool is_own = preset.name == "bone" || preset.name == "fluid";
+    EXPECT_EQ(found_fields(preset).empty(), is_own) << preset.name;
+    Scene scene;
+    apply_preset(scene, preset, found);
+    EXPECT_EQ(scene.detector.threshold, is_own ? 0 : 26) << preset.name;
+    EXPECT_EQ(scene.detector.sign, is_own ? EdgeSign::kBrightToDark : EdgeSign::kEither) << preset.name;
+    const bool shows_near = preset.name == "fluid";
+    EXPECT_EQ(scene.near.before_bone, shows_near ? NearTissueShow::kShown : NearTissueShow::kRemoved);
+  }
+}
+
 TEST(PresetTest, LeavesViewAndLightWhereTheyAre) {
   for (const Preset& preset : presets()) {
     Scene scene;

@@ -9,12 +9,17 @@
 #include <random>
 
 #include "renderer/survey/auto_scene.hpp"
+#include "renderer/survey/echo_survey.hpp"
 #include "renderer/survey/ray_start.hpp"
 #include "tests/support/made_volume.hpp"
 #include "tests/support/survey_fan.hpp"
 
 namespace fanlight::test {
 namespace {
+
+std::optional<SurfaceSurvey> found_in(const Volume& volume) {
+  return find_surface(volume, measured_levels(volume));
+}
 
 /// A noise of the position: grey levels -6 to 6.
 double noise(const Point& at) {
@@ -37,7 +42,7 @@ Volume behind_plane(const Tilted& plane) {
 
 TEST(SurfaceSurveyTest, FindsAPlaneAndItsNormal) {
   for (const Tilted tilt : {Tilted{0, 0}, Tilted{0.4, 0}, Tilted{0, -0.4}, Tilted{-0.3, 0.3}}) {
-    const auto survey = find_surface(behind_plane(tilt));
+    const auto survey = found_in(behind_plane(tilt));
     ASSERT_TRUE(survey);
     const glm::dvec3 expected = glm::normalize(glm::dvec3(tilt.across, -1, tilt.up));
     EXPECT_GT(glm::dot(survey->normal, expected), std::cos(radians(3)));
@@ -56,13 +61,13 @@ TEST(SurfaceSurveyTest, PassesOverLayersNextToTheProbe) {
     if (depth_mm < 12) return 90 + 60 * std::sin(depth_mm) + noise(at);
     return (at.y_mm > 70 ? 150.0 : 15.0) + noise(at);
   });
-  const auto survey = find_surface(volume);
+  const auto survey = found_in(volume);
   ASSERT_TRUE(survey);
   EXPECT_NEAR(survey->centre.y, 70, 2);
 }
 
 TEST(SurfaceSurveyTest, FindsAPlaneWithoutAnyNoise) {
-  const auto survey = find_surface(
+  const auto survey = found_in(
       made_volume(kSurveyFan, survey_angles(), [](const Point& at) { return at.y_mm > 60 ? 140.0 : 20.0; }));
   ASSERT_TRUE(survey);
   EXPECT_NEAR(survey->centre.y, 60, 2);
@@ -71,7 +76,7 @@ TEST(SurfaceSurveyTest, FindsAPlaneWithoutAnyNoise) {
 TEST(SurfaceSurveyTest, FindsFluidBehindTissueWhereThereIsNoOtherSheet) {
   const Volume volume = made_volume(
       kSurveyFan, survey_angles(), [](const Point& at) { return (at.y_mm > 60 ? 20.0 : 140.0) + noise(at); });
-  const auto survey = find_surface(volume);
+  const auto survey = found_in(volume);
   ASSERT_TRUE(survey);
   EXPECT_EQ(survey->sign, EdgeSign::kBrightToDark);
   EXPECT_NEAR(survey->centre.y, 60, 2);
@@ -85,14 +90,14 @@ TEST(SurfaceSurveyTest, TakesTheFadingEchoOfAProbeInAirForNoSheet) {
     const double depth_mm = std::hypot(at.y_mm + 30, at.z_mm) - 30;
     return 220 * std::exp(-depth_mm / 5) + 6 + noise(at);
   });
-  EXPECT_FALSE(find_surface(volume));
+  EXPECT_FALSE(found_in(volume));
 }
 
 TEST(SurfaceSurveyTest, FindsNothingWhereAStopIsRequested) {
-  ASSERT_TRUE(find_surface(behind_plane({0, 0})));
+  ASSERT_TRUE(found_in(behind_plane({0, 0})));
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_FALSE(find_surface(behind_plane({0, 0}), stop.get_token()));
+  EXPECT_FALSE(find_surface(behind_plane({0, 0}), {}, stop.get_token()));
 }
 
 TEST(RayStartTest, LiesBeforeTheSheetAndBehindWhatIsBeforeIt) {
@@ -124,7 +129,7 @@ TEST(SurfaceSurveyTest, SurvivesASheetThatTurnsAwayFromTheView) {
     const Volume volume = made_volume(kSurveyFan, survey_angles(), [wall_mm](const Point& at) {
       return (at.x_mm > wall_mm + 0.3 * at.y_mm - 15 || at.y_mm > 85 ? 140.0 : 20.0) + 3 * noise(at);
     });
-    const auto survey = find_surface(volume);
+    const auto survey = found_in(volume);
     if (!survey) continue;
     EXPECT_LE(survey->found_share, 1);
     EXPECT_LT(std::abs(survey->start_mm), 200);
@@ -134,11 +139,11 @@ TEST(SurfaceSurveyTest, SurvivesASheetThatTurnsAwayFromTheView) {
 TEST(SurfaceSurveyTest, FindsNothingInNoise) {
   const Volume volume =
       made_volume(kSurveyFan, survey_angles(), [](const Point& at) { return 60 + 3 * noise(at); });
-  EXPECT_FALSE(find_surface(volume));
+  EXPECT_FALSE(found_in(volume));
 }
 
 TEST(SurfaceSurveyTest, FindsNothingInTheDark) {
-  EXPECT_FALSE(find_surface(made_volume(kSurveyFan, survey_angles(), [](const Point&) { return 0.0; })));
+  EXPECT_FALSE(found_in(made_volume(kSurveyFan, survey_angles(), [](const Point&) { return 0.0; })));
 }
 
 /// A head in fluid: an ellipsoid, turned, with a nose.
@@ -174,7 +179,7 @@ TEST(SurfaceSurveyTest, FindsAHeadInNineteenOfTwentyPoses) {
     const Volume volume = made_volume(kSurveyFan, survey_angles(), [&](const Point& at) {
       return (head.holds(at) ? 140 : 8) + speckle(bits);
     });
-    const auto survey = find_surface(volume);
+    const auto survey = found_in(volume);
     if (!survey) continue;
     // The surface: no head a little before the point, and head a little behind it.
     int near = 0;
@@ -189,8 +194,15 @@ TEST(SurfaceSurveyTest, FindsAHeadInNineteenOfTwentyPoses) {
   EXPECT_GE(found, 19);
 }
 
-/// Fluid with a head and the wall of a uterus behind it, with the grey levels of real scans.
-Volume head_before_wall(const Head& head, bool casts_shadow, std::uint32_t seed) {
+/// With the grey levels of real scans.
+struct Levels {
+  double fluid = 28;
+  double body = 96;
+  double wall = 96;
+};
+
+/// Fluid with a head and the wall of a uterus behind it.
+Volume head_before_wall(const Head& head, bool casts_shadow, std::uint32_t seed, const Levels& levels = {}) {
   std::mt19937 bits(seed);
   std::normal_distribution<double> speckle(0, 16);
   return made_volume(kSurveyFan, survey_angles(), [&](const Point& at) {
@@ -201,13 +213,18 @@ Volume head_before_wall(const Head& head, bool casts_shadow, std::uint32_t seed)
     const double aside =
         std::hypot((at.x_mm - head.centre.x) / head.radii.x, (beam_z_mm - head.centre.z) / head.radii.z);
     const bool in_shadow = casts_shadow && aside < 0.9 && at.y_mm > head.centre.y;
-    if (in_shadow) return 28 + speckle(bits) / 2;
-    return (head.holds(at) || at.y_mm > wall_mm ? 96 : 28) + speckle(bits);
+    if (in_shadow) return levels.fluid + speckle(bits) / 2;
+    return (head.holds(at) ? levels.body : at.y_mm > wall_mm ? levels.wall : levels.fluid) + speckle(bits);
   });
 }
 
-TEST(SurfaceSurveyTest, PrefersABodyInFluidToTheWallBehindIt) {
-  int found = 0;
+/// Of 20 heads: found as bodies; and bodies that are no heads.
+struct HeadsFound {
+  int heads = 0;
+  int others = 0;
+};
+HeadsFound heads_found(const Levels& levels) {
+  HeadsFound found;
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     std::mt19937 bits(seed);
     const auto between = [&](double low, double high) {
@@ -217,21 +234,57 @@ TEST(SurfaceSurveyTest, PrefersABodyInFluidToTheWallBehindIt) {
                     .radii = {between(18, 26), between(18, 26), between(22, 30)},
                     .turn_rad = between(-1.5, 1.5),
                     .tilt_rad = between(-0.7, 0.7)};
-    const auto survey = find_surface(head_before_wall(head, seed % 2 == 0, seed));
-    if (!survey) continue;
+    const auto survey = found_in(head_before_wall(head, seed % 2 == 0, seed, levels));
+    if (!survey || !survey->is_body) continue;
     int on_head = 0;
     for (const glm::dvec3& point : survey->points)
       on_head += head.holds({.x_mm = point.x, .y_mm = point.y + 4, .z_mm = point.z}) ? 1 : 0;
     const bool is_head = on_head >= 0.8 * static_cast<double>(survey->points.size());
-    EXPECT_EQ(is_head, survey->is_body) << seed;
-    found += is_head ? 1 : 0;
+    ++(is_head ? found.heads : found.others);
   }
-  EXPECT_GE(found, 19);
+  return found;
+}
+
+TEST(SurfaceSurveyTest, PrefersABodyInFluidToTheWallBehindIt) {
+  // A brighter wall: gas in a bowel, a sacrum.
+  for (const Levels& levels : {Levels{}, Levels{.fluid = 8, .body = 140, .wall = 140}, Levels{.wall = 160},
+                               Levels{.body = 110, .wall = 80}}) {
+    const HeadsFound found = heads_found(levels);
+    EXPECT_GE(found.heads, 19) << levels.wall;
+    EXPECT_EQ(found.others, 0) << levels.wall;
+  }
+}
+
+TEST(SurfaceSurveyTest, TakesALumpInTissueForNoBody) {
+  const HeadsFound found = heads_found({.fluid = 64});
+  EXPECT_EQ(found.heads + found.others, 0);
+}
+
+TEST(SurfaceSurveyTest, TakesAWallWithAPitOrALedgeForNoBody) {
+  const auto is_body = [](const auto& depth_of_wall_mm) {
+    std::mt19937 bits(3);
+    std::normal_distribution<double> speckle(0, 16);
+    const auto survey = found_in(made_volume(kSurveyFan, survey_angles(), [&](const Point& at) {
+      return (at.y_mm > depth_of_wall_mm(at) ? 96 : 28) + speckle(bits);
+    }));
+    return survey && survey->is_body;
+  };
+  EXPECT_FALSE(is_body([](const Point& at) { return std::hypot(at.x_mm, at.z_mm) < 12 ? 95 : 60; }));
+  for (const double ledge_mm : {-40, -20, 0, 10})
+    EXPECT_FALSE(is_body([&](const Point& at) { return at.x_mm < ledge_mm ? 95 : 60; })) << ledge_mm;
+  // A membrane before the wall.
+  std::mt19937 bits(3);
+  std::normal_distribution<double> speckle(0, 16);
+  const auto survey = found_in(made_volume(kSurveyFan, survey_angles(), [&](const Point& at) {
+    const bool membrane = at.x_mm > -5 && at.y_mm > 50 && at.y_mm < 54;
+    return (membrane || at.y_mm > 75 ? 96 : 28) + speckle(bits);
+  }));
+  EXPECT_FALSE(survey->is_body);
 }
 
 TEST(SurfaceSurveyTest, TakesNoWallAndNoLayersForABody) {
   // A wall from one side to the other.
-  EXPECT_FALSE(find_surface(behind_plane({0.4, 0}))->is_body);
+  EXPECT_FALSE(found_in(behind_plane({0.4, 0}))->is_body);
   // Layers of tissue that are dark in places, before a dome in tissue.
   const Volume layers = made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
     const bool layer = at.y_mm > 16 && at.y_mm < 22 && std::sin(at.x_mm / 5) * std::cos(at.z_mm / 6) > -0.3;
@@ -239,7 +292,7 @@ TEST(SurfaceSurveyTest, TakesNoWallAndNoLayersForABody) {
     const bool dome = at.y_mm > dome_mm && at.y_mm < dome_mm + 8;
     return (layer ? 120.0 : dome ? 160.0 : 60.0) + 2 * noise(at);
   });
-  const auto survey = find_surface(layers);
+  const auto survey = found_in(layers);
   ASSERT_TRUE(survey);
   EXPECT_FALSE(survey->is_body);
   EXPECT_GT(survey->centre.y, 70);
@@ -277,9 +330,9 @@ TEST(AutoSceneTest, LooksAtThePlaneAtARightAngleFromJustBeforeIt) {
 }
 
 TEST(AutoSceneTest, BeginsTheRaysBehindAnEchoBeforeTheSheet) {
-  // A narrow bright layer 9 mm before the tissue, over a third of its width.
+  // A narrow bright layer 9 mm before the tissue, over half of its width.
   const Volume volume = made_volume(kSurveyFan, survey_angles(), [](const Point& at) {
-    const bool layer = at.x_mm > 15 && at.y_mm > 51 && at.y_mm < 54;
+    const bool layer = at.x_mm > 0 && at.y_mm > 51 && at.y_mm < 54;
     return (at.y_mm > 60 || layer ? 140.0 : 20.0) + noise(at);
   });
   const auto made = auto_scene(volume, scene_for(kSurveyFan, radians(-30), radians(30)), {512, 512});

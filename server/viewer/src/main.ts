@@ -166,6 +166,7 @@ const clicked = (pointer: PagePoint) => void (overlay.clicked(pointer) || sliceC
 new PictureInput(page.canvas, page.frame, () => tools.chosen(), light, orbit, clicked, doubleClicked, overlay.strokes);
 const quickPanel: QuickPanel = new QuickPanel(editor, effects, light, {
   fields: () => hello?.fields ?? [],
+  found: () => finder.found ?? defaults,
   ask: (wish, withCuts) => connection.send({ case: "preset", value: { requestId: 0n, wish, withCuts } }),
   failed: showRefusal,
 });
@@ -173,9 +174,8 @@ const shell = new PageShell(showRefusal);
 const outward = new OutwardButtons(overlay, showRefusal);
 connectShortcuts({ cineBar, quickPanel, tools, overlay, shell });
 page.resetView.onclick = () => orbit.reset();
-const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, bannerAt("#found"), editor, (requestId) =>
-  connection.send({ case: "survey", value: { requestId } }),
-);
+const askSurvey = (requestId: bigint) => connection.send({ case: "survey", value: { requestId } });
+const finder: SurfaceFinder = new SurfaceFinder(page.findSurface, bannerAt("#found"), quickPanel, askSurvey);
 window.setInterval(askClock, kClockMs);
 window.setInterval(() => showCondition({}), kConditionMs);
 connection.open();
@@ -256,7 +256,7 @@ function begin(newHello: Hello): void {
     return showCondition({ connection: { state: "lost", sentence, retrying: false } });
   }
   login.isUnderWay = false;
-  for (const part of [clock, probe]) part.reset();
+  for (const part of [clock, probe, finder]) part.reset();
   liveness.reset(performance.now());
   probePanel.group.forget();
   askClock();
@@ -323,6 +323,7 @@ function sceneTold(state: SceneState): void {
     listNotes(page.notes, state.notes);
     for (const [name, value] of valuesOf(defaultScene)) defaults.set(name, value); // the controls hold the same map
     orbit.start(hello.fields, defaults);
+    finder.reset();
   }
   if (scene && !ownView.isOpen) editor.adopt(revision, ownView.over(valuesOf(scene)));
   if (withdrawn) showRefusal(withdrawn);

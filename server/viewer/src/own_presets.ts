@@ -72,6 +72,8 @@ function shortened(name: string): string {
 
 export interface OwnPresetEvents {
   fields(): readonly SceneField[];
+  /** Values of the surface that was found. */
+  found(): Values;
   ask(wish: PresetRequest["wish"], withCuts: boolean): void;
   failed(sentence: string): void;
 }

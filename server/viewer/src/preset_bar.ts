@@ -2,8 +2,7 @@
 // The presets, the number of panes, and the views from each side: buttons that set several fields at once.
 import type { Look } from "../generated/fanlight_pb.js";
 import { element } from "./element";
-import { lookOf } from "./look_menu";
-import { valuesOf } from "./scene";
+import { valuesOf, type Values } from "./scene";
 import type { SettingsEditor } from "./settings_editor";
 
 export class PresetBar {
@@ -13,6 +12,8 @@ export class PresetBar {
   constructor(
     private readonly root: HTMLFieldSetElement,
     private readonly editor: SettingsEditor,
+    /** Values of the surface that was found. */
+    private readonly found: () => Values,
   ) {}
 
   start(presets: readonly Look[]): void {
@@ -27,19 +28,36 @@ export class PresetBar {
     this.refresh();
   }
 
+  /** Sets what the search for the surface found. Bone and Fluid keep what they look for, and take the view. */
+  setFound(found: Values): void {
+    const isOwn = this.builtIn.some((preset) => preset.foundFields.length === 0 && this.holds(preset));
+    const kept = isOwn ? this.builtIn.flatMap(({ foundFields }) => foundFields) : [];
+    this.editor.set([...found].filter(([name]) => !kept.includes(name)));
+  }
+
   refresh(): void {
     // Several may hold at once: one that was saved is like one of the server.
-    const holds = (preset: Look) => lookOf([preset], this.editor) === preset.name;
-    const held = new Set(this.presets.filter(holds).map(({ name }) => name));
+    const held = new Set(this.presets.filter((preset) => this.holds(preset)).map(({ name }) => name));
     for (const button of this.root.querySelectorAll("button")) button.ariaPressed = String(held.has(button.value));
   }
 
   private button(preset: Look): HTMLButtonElement {
-    const { name, help, scene } = preset;
+    const { name, help } = preset;
     const button = element("button", { type: "button", value: name, textContent: name, title: help });
     if (this.builtIn.includes(preset)) button.dataset.preset = name;
-    button.onclick = () => scene && this.editor.set(valuesOf(scene));
+    button.onclick = () => this.editor.set(this.valuesOf(preset));
     return button;
+  }
+
+  private holds(preset: Look): boolean {
+    return [...this.valuesOf(preset)].every(([name, value]) => this.editor.get(name) === value);
+  }
+
+  private valuesOf({ scene, foundFields }: Look): Values {
+    const values = scene ? valuesOf(scene) : new Map();
+    const found = this.found();
+    for (const name of foundFields) if (found.has(name)) values.set(name, found.get(name)!);
+    return values;
   }
 }
 

@@ -47,7 +47,7 @@ export class QuickPanel {
     this.failed = presetEvents.failed;
     this.ownPresets = new OwnPresets(page.ownPresets, editor, presetEvents);
     this.sliders = new QuickSettings(page.quick, editor, effects);
-    this.presets = new PresetBar(page.presets, editor);
+    this.presets = new PresetBar(page.presets, editor, presetEvents.found);
     this.layout = new LayoutBar(page.layout, editor);
     this.nearTissue = new NearTissueButton(page.nearTissue, find("#near-tissue-mark", HTMLElement), editor);
     this.slab = new SlabControl(editor);
@@ -72,6 +72,11 @@ export class QuickPanel {
   /** The presets that people have saved. */
   takePresets(list: PresetList): void {
     this.presets.show(this.ownPresets.tell(list));
+  }
+
+  /** Sets what the search for the surface found. */
+  setFound(found: Values): void {
+    this.presets.setFound(found);
   }
 
   /** What was changed in another view cannot be taken back in this one. */

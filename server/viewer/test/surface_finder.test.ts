@@ -9,11 +9,11 @@ function made() {
   const seen = { asked: [] as bigint[], set: new Map<string, unknown>() };
   const found = { textContent: "", hidden: true };
   const button = { onclick: () => {}, ariaBusy: "false" };
-  const editor = { set: (values: Iterable<readonly [string, unknown]>) => (seen.set = new Map(values)) };
+  const settings = { setFound: (values: Map<string, unknown>) => void (seen.set = values) };
   const finder = new SurfaceFinder(
     button as unknown as HTMLButtonElement,
     (sentence) => Object.assign(found, { textContent: sentence, hidden: sentence === "" }),
-    editor as never,
+    settings,
     (id) => seen.asked.push(id),
   );
   return { seen, button, found, finder };
@@ -30,6 +30,9 @@ test("a click asks, and what was found is set and shown", () => {
   assert.equal(found.textContent, "Found a sheet of 80 x 60 mm; yaw 12 deg.");
   assert.equal(found.hidden, false);
   assert.equal(button.ariaBusy, "false");
+  assert.equal(finder.found?.get("camera.yaw_deg"), 12);
+  finder.reset();
+  assert.equal(finder.found, undefined);
 });
 
 test("a refusal is shown and sets nothing", () => {
