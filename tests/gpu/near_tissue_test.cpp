@@ -222,10 +222,10 @@ TEST_F(NearTissueGpuTest, EndsAtTheNearSideOfASkullByThePresetForBone) {
 }
 
 TEST_F(NearTissueGpuTest, EndsInFluidByThePresetForBoneWhereThereIsNoSkull) {
-  // Next to its end the wall is in the detector's window, and the fluid behind it is darker. Farther on lies a bone.
-  volume_.emplace(made_volume(kFan, even_angles(), [](const Point& at) {
-    return at.y_mm < body_mm(at) + 8 ? grey_at(at) : 20;
-  }));
+  // Next to its end the wall is in the detector's window, and the fluid behind it is darker. Farther on lies
+  // a bone.
+  volume_.emplace(made_volume(kFan, even_angles(),
+                              [](const Point& at) { return at.y_mm < body_mm(at) + 8 ? grey_at(at) : 20; }));
   scene_.camera.field_mm = 90;
   apply_preset(scene_, *std::ranges::find(presets(), "bone", &Preset::name));
   scene_.near.tissue = NearTissueShow::kShown;
