@@ -24,6 +24,15 @@ function waitForWord(viewer, word) {
   );
 }
 
+/** Waits for pictures of the probe. Beside other tests they may be delayed, which liveness_test.mjs tests. */
+function waitForPictures(viewer) {
+  return until(
+    "pictures of the probe",
+    () => wordOf(viewer),
+    (text) => text === "Simulated" || text === "Delayed",
+  );
+}
+
 /** Closes the group that ViewerPage opens. */
 async function closeAdvanced(viewer) {
   await viewer.page.locator("#advanced > summary").click();
@@ -64,7 +73,7 @@ test("the controls in reach are few, and statistics come at a key", async () => 
 
 test("a frozen picture stays, the last volumes are stepped through, and the light still moves", async () => {
   await withPage("frozen", kMovingSource, async (viewer) => {
-    await waitForWord(viewer, "Simulated");
+    await waitForPictures(viewer);
     await until(
       "some volumes",
       () => viewer.number("volume-id"),
@@ -91,7 +100,7 @@ test("a frozen picture stays, the last volumes are stepped through, and the ligh
     assert.equal(await viewer.number("pass1-runs"), pass1, "a moved light ran pass 1");
     await viewer.screenshot("frozen");
     await click(viewer, '[data-cine="freeze"]');
-    await waitForWord(viewer, "Simulated");
+    await waitForPictures(viewer);
     await until(
       "a newer volume",
       () => viewer.number("volume-id"),
@@ -241,7 +250,7 @@ test("only Turn resets the view at a double click; Pan shifts it", async () => {
 
 test("a distance is measured on a frozen surface only, straight and along it", async () => {
   await withPage("measured", kMovingSource, async (viewer) => {
-    await waitForWord(viewer, "Simulated");
+    await waitForPictures(viewer);
     await press(viewer, "m");
     const said = () => viewer.page.locator("#measured").textContent();
     assert.match(await said(), /freezes the picture|first of two points/, "Measure freezes the picture");
@@ -416,7 +425,7 @@ test("three lights have handles, which the mouse, keys and a finger move, and a 
 
 test("nothing violates the accessibility rules A and AA, at rest, with all groups open, frozen and lost", async () => {
   await withPage("accessible", kMovingSource, async (viewer, server) => {
-    await waitForWord(viewer, "Simulated");
+    await waitForPictures(viewer);
     // Axe opens a blank page for its results, which this browser's context does not allow: legacy mode does not.
     const check = async (state) => {
       const { violations } = await new AxeBuilder({ page: viewer.page })
