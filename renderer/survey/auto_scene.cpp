@@ -19,8 +19,7 @@ namespace {
 // Of the field: a round body extends beyond the part of it that the survey sees.
 constexpr double kMargin = 1.45;
 constexpr double kBodyMargin = 1.65;  // its outline is seen, against the dark
-// Of clarity(). A liver's diaphragm, torn by shadows, has 0.24; sheets of the simulated probe have 0.3 to
-// 0.5.
+// Of clarity(). A liver's diaphragm, torn by shadows, has 0.24; sheets of the simulated probe, 0.3 to 0.5.
 constexpr double kLeastSure = 0.27;
 // Of the near wall of a shell, by the detector, where it looks for it first.
 constexpr double kLeastFoundOfShell = 0.5;

@@ -20,22 +20,17 @@ namespace {
 constexpr float kLeastSteps[] = {8, 14, 20, 26, 32, 40, 50};
 constexpr std::size_t kMostSheets = 4;  // of each least step
 constexpr double kLeastCovered = 0.06;  // of the profiles
-// A body, by its sheet:
-// - of the way from fluid to tissue, the most that is fluid, and the least that is a step to tissue, which a
-// membrane
-//   is not: it is thinner than the window;
+// What makes a sheet that of a body.
+// Of the way from fluid to tissue, what is fluid at most, and a step to tissue at least.
 constexpr double kMostFluid = 0.3;
 constexpr double kLeastStepOfBody = 0.4;
-// - of the speckle's deviation, the least step: 3, which are 17 dB. A lump in tissue has less;
+// Deviations of the speckle: 17 dB. A lump in tissue has less.
 constexpr double kLeastOverSpeckle = 3;
-// - of its border, the share before another sheet, less that behind one (bodies: 0.3 to 0.7), and the share
-// where
-//   the fan ends (bodies: up to 0.2; a ledge of a wall, or a membrane, over half of the fan: 0.6);
+// Of its border, the share before other sheets, less that behind them. Bodies have 0.3 to 0.7.
 constexpr double kLeastBefore = 0.22;
+// Of its border, where the fan ends. Bodies have up to 0.2; a ledge or a membrane over half of the fan, 0.6.
 constexpr double kMostAtFan = 0.4;
-// - the length of its border within the fan, of that of a square of its area: bodies 0.9 to 1.45, layers with
-// gaps
-//   from 1.8 on.
+// Its border within the fan, of that of a square of its area. Bodies have 0.9 to 1.45; layers with gaps, 1.8.
 constexpr double kMostBorder = 1.6;
 // Of profiles in each direction: fewer show no border.
 constexpr std::uint32_t kLeastAcross = 8;

@@ -40,6 +40,7 @@ bool DefaultView::answered(const SurveyDesk::Answer& answer) {
   if (std::exchange(outdated_, false) || !untouched()) return false;
   using Outcome = SurveyDesk::Outcome;
   if (answer.outcome == Outcome::kNoSurface) {
+    if (is_unsure_) return false;  // a torn sheet is better than none
     Scene slices = for_source_;
     slices.mode = Mode::kSlices;
     return suggest(
@@ -52,7 +53,7 @@ bool DefaultView::answered(const SurveyDesk::Answer& answer) {
   auto scene = changed_scene(for_source_, found.scene());
   if (!scene) return false;
   found_ = !found.unsure();
-  // Another torn sheet is no better, and would move the view.
+  // Another torn sheet is no better, and the view would move.
   if (found.unsure() && std::exchange(is_unsure_, true)) return false;
   if (found.unsure()) scene->mode = Mode::kSlices;
   std::string sentence = "no view was chosen, so the server looked for the surface and found " +

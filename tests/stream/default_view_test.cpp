@@ -143,14 +143,17 @@ TEST_F(DefaultViewTest, ShowsSlicesBesideASurfaceThatStandsOutLittle) {
   shown(kLaterNs);
   ASSERT_TRUE(asked());
   EXPECT_FALSE(answer(SurveyDesk::Outcome::kFound, 35)) << "no better";
+  shown(2 * kLaterNs);
+  ASSERT_TRUE(asked());
+  EXPECT_FALSE(answer(SurveyDesk::Outcome::kNoSurface)) << "worse";
   EXPECT_EQ(yaw_deg(), 25);
   is_sure_ = true;
-  shown(2 * kLaterNs);
+  shown(3 * kLaterNs);
   ASSERT_TRUE(asked());
   EXPECT_TRUE(answer(SurveyDesk::Outcome::kFound, 12));
   EXPECT_EQ(mode(), Mode::kSurface);
   EXPECT_EQ(yaw_deg(), 12);
-  shown(3 * kLaterNs);
+  shown(4 * kLaterNs);
   EXPECT_FALSE(asked()) << "it was found";
 }
 

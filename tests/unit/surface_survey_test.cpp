@@ -164,17 +164,19 @@ struct Head {
   }
 };
 
+/// A number from `low` to `high`.
+double between(std::mt19937& bits, double low, double high) {
+  return low + (high - low) * static_cast<double>(bits()) / 0x1p32;
+}
+
 TEST(SurfaceSurveyTest, FindsAHeadInNineteenOfTwentyPoses) {
   int found = 0;
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     std::mt19937 bits(seed);
-    const auto between = [&](double low, double high) {
-      return low + (high - low) * static_cast<double>(bits()) / 0x1p32;
-    };
-    const Head head{.centre = {between(-15, 15), between(75, 90), between(-15, 15)},
-                    .radii = {between(24, 34), between(24, 34), between(30, 42)},
-                    .turn_rad = between(-1.5, 1.5),
-                    .tilt_rad = between(-0.7, 0.7)};
+    const Head head{.centre = {between(bits, -15, 15), between(bits, 75, 90), between(bits, -15, 15)},
+                    .radii = {between(bits, 24, 34), between(bits, 24, 34), between(bits, 30, 42)},
+                    .turn_rad = between(bits, -1.5, 1.5),
+                    .tilt_rad = between(bits, -0.7, 0.7)};
     std::normal_distribution<double> speckle(0, 20);
     const Volume volume = made_volume(kSurveyFan, survey_angles(), [&](const Point& at) {
       return (head.holds(at) ? 140 : 8) + speckle(bits);
@@ -227,13 +229,10 @@ HeadsFound heads_found(const Levels& levels) {
   HeadsFound found;
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     std::mt19937 bits(seed);
-    const auto between = [&](double low, double high) {
-      return low + (high - low) * static_cast<double>(bits()) / 0x1p32;
-    };
-    const Head head{.centre = {between(-10, 10), between(55, 65), between(-10, 10)},
-                    .radii = {between(18, 26), between(18, 26), between(22, 30)},
-                    .turn_rad = between(-1.5, 1.5),
-                    .tilt_rad = between(-0.7, 0.7)};
+    const Head head{.centre = {between(bits, -10, 10), between(bits, 55, 65), between(bits, -10, 10)},
+                    .radii = {between(bits, 18, 26), between(bits, 18, 26), between(bits, 22, 30)},
+                    .turn_rad = between(bits, -1.5, 1.5),
+                    .tilt_rad = between(bits, -0.7, 0.7)};
     const auto survey = found_in(head_before_wall(head, seed % 2 == 0, seed, levels));
     if (!survey || !survey->is_body) continue;
     int on_head = 0;
