@@ -7,7 +7,21 @@ namespace fanlight::test {
 
 namespace {
 
-Scene close_scene(const ScannedFan& fan, Projection projection) {
+Scene oblique(Scene scene) {
+  scene.camera.yaw_deg = 20;
+  scene.camera.pitch_deg = -15;
+  scene.camera.roll_deg = 30;
+  return scene;
+}
+
+KnownView known_view(const Scene& scene, const ScannedFan& fan, const KnownSurface& surface) {
+  const PixelRays rays(scene, kViewSize);
+  return {scene, kViewSize, rays, depth_truth(rays, kViewSize, fan, surface)};
+}
+
+}  // namespace
+
+Scene scene_from_probe(const ScannedFan& fan, Projection projection) {
   constexpr double kFieldMm = 40;
   constexpr double kDistanceMm =
       45;  // keeps the view plane before the fan in every orientation of the camera
@@ -21,24 +35,14 @@ Scene close_scene(const ScannedFan& fan, Projection projection) {
   return scene;
 }
 
-Scene oblique(Scene scene) {
-  scene.camera.yaw_deg = 20;
-  scene.camera.pitch_deg = -15;
-  scene.camera.roll_deg = 30;
-  return scene;
+KnownView view_from_probe(const ScannedFan& fan, const KnownSurface& surface, Projection projection) {
+  return known_view(scene_from_probe(fan, projection), fan, surface);
 }
-
-}  // namespace
 
 std::vector<KnownView> known_views(const ScannedFan& fan, const KnownSurface& surface,
                                    Projection projection) {
-  const Scene from_probe = close_scene(fan, projection);
-  std::vector<KnownView> views;
-  for (const Scene& scene : {from_probe, oblique(from_probe)}) {
-    const PixelRays rays(scene, kViewSize);
-    views.push_back({scene, kViewSize, rays, depth_truth(rays, kViewSize, fan, surface)});
-  }
-  return views;
+  return {view_from_probe(fan, surface, projection),
+          known_view(oblique(scene_from_probe(fan, projection)), fan, surface)};
 }
 
 }  // namespace fanlight::test

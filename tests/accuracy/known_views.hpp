@@ -17,9 +17,14 @@ struct KnownView {
   std::vector<PixelTruth> truth;
 };
 
-/// Two views with the default scene of a fan: from the probe, and oblique, so that neither rays nor pixels
-/// are aligned with the samples. The picture is 40 mm high, so that its pixels are as large as those of the
-/// reference work (R1).
+/// The default scene of a fan, from the probe. The picture is 40 mm high, so that its pixels are as large as
+/// those of the reference work (R1).
+Scene scene_from_probe(const ScannedFan& fan, Projection projection);
+
+/// A view with that scene.
+KnownView view_from_probe(const ScannedFan& fan, const KnownSurface& surface, Projection projection);
+
+/// Two views: from the probe, and oblique, so that neither rays nor pixels are aligned with the samples.
 std::vector<KnownView> known_views(const ScannedFan& fan, const KnownSurface& surface, Projection projection);
 
 }  // namespace fanlight::test

@@ -154,7 +154,7 @@ class Distances {
 
   void add(const Wanted& row, const TestFan& fan, const KnownSurface& surface, const Scanner& scanner,
            const Volume& volume) {
-    KnownView view = known_views(fan.scanned(), surface, row.projection).front();
+    KnownView view = view_from_probe(fan.scanned(), surface, row.projection);
     view.scene.camera.yaw_deg = row.direction.yaw_deg;
     view.scene.camera.pitch_deg = row.direction.pitch_deg;
     view.scene.camera.roll_deg = row.direction.roll_deg;

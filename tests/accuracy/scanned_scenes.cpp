@@ -109,7 +109,7 @@ class ScannedScenes {
 
   void add(const std::string& name, const TestFan& fan, const KnownSurface& surface, const Volume& volume) {
     DepthRig rig = new_rig(fan);
-    KnownView view = known_views(fan.scanned(), surface, Projection::kParallel).front();
+    KnownView view = view_from_probe(fan.scanned(), surface, Projection::kParallel);
     bench_.change(view.scene);
     rig.set_volume(volume);
     Judged judged;
@@ -154,14 +154,14 @@ class ScannedScenes {
           fan, [&](const glm::dvec3&, const BeamAxes&, double) { return is_tissue ? 1.0 : 0.0; }, echo,
           grains(fan, 5));
       const KnownPlane none({0, 1000, 0}, 0, 0);
-      KnownView view = known_views(fan.scanned(), none, Projection::kParallel).front();
+      KnownView view = view_from_probe(fan.scanned(), none, Projection::kParallel);
       bench_.change(view.scene);
       DepthRig rig = new_rig(fan);
       rig.set_volume(volume);
       // The reverberation's own end is an edge, from bright to dark: in the noise, or 10 dB below the tissue.
       const double falls_db = echo.reverberation_db - (is_tissue ? -10 : echo.noise_db);
       const KnownPlane its_end({0, falls_db / echo.reverberation_db_per_mm, 0}, 0, 0);
-      const KnownView beyond = known_views(fan.scanned(), its_end, Projection::kParallel).front();
+      const KnownView beyond = view_from_probe(fan.scanned(), its_end, Projection::kParallel);
       const auto shown_percent = [&](const Scene& scene) {
         const std::vector<float> shown_mm = rig.depths(scene).cast_mm;
         std::size_t in_fan = 0;

@@ -203,7 +203,7 @@ class SteadySequences {
     const PixelRays rays(scene, kSize);
     const KnownView view{scene, kSize, rays, depth_truth(rays, kSize, fan, *surface)};
     DepthRig rig(bench_.gpu, fan, description.frames_per_volume, kSize);
-    for (int number = 1; number < kVolumes; ++number) take(rig, view, next_sweep(*source), number);
+    for (int number = 1; number < kVolumes; ++number) take(rig, scene, next_sweep(*source), number);
     const SequenceResult result = judged(rig, view, next_sweep(*source), *surface);
     block.rows.push_back(sequence_row(name, result, at_least(1.2)));
   }
@@ -212,6 +212,8 @@ class SteadySequences {
     const std::string name = fmt::format("steady/{}/{}", movement.name, fan.name);
     if (!bench_.wants(name)) return;
     DepthRig rig(bench_.gpu, fan.scanned(), static_cast<std::uint32_t>(fan.angles_rad.size()), kViewSize);
+    Scene scene = scene_from_probe(fan.scanned(), Projection::kParallel);
+    bench_.change(scene);
     const KnownRelief relief(kSurfaceDepthMm);
     std::optional<Scatterers> scatterers;
     if (movement.scatterers) scatterers.emplace(fan, relief, 7);
@@ -228,17 +230,17 @@ class SteadySequences {
       };
       const KnownSphere finger = finger_at(number);
       const UnitedSurface united(moved, finger);
-      KnownView view = known_views(fan.scanned(), united, Projection::kParallel).front();
-      bench_.change(view.scene);
       const Grains& grains = this->grains(fan, movement.same_speckle ? 1 : number);
       const ScannerEcho& echo = scanners().front().echo;
       Volume volume = scatterers ? scatterers->scanned([&](const glm::dvec3& at) { return moved.after(at); },
                                                        echo, grains.noise)
                                  : scanned(fan, united, echo, grains);
       if (number < kVolumes) {
-        take(rig, view, std::move(volume), number);
+        take(rig, scene, std::move(volume), number);
         continue;
       }
+      KnownView view = view_from_probe(fan.scanned(), united, Projection::kParallel);
+      view.scene = scene;
       if (movement.judges_uncovered) {
         judge_uncovered(view, finger_at(number - 1), finger);
       } else if (movement.finger_mm) {
@@ -280,9 +282,8 @@ class SteadySequences {
   }
 
   /// Shows a volume of the sequence.
-  static DepthMaps take(DepthRig& rig, const KnownView& view, Volume volume, int number) {
+  static DepthMaps take(DepthRig& rig, Scene scene, Volume volume, int number) {
     volume.stamp().volume_id = static_cast<std::uint64_t>(number);
-    Scene scene = view.scene;
     scene.filter.steady = kSteadyShare;
     rig.set_volume(volume);
     return rig.depths(scene);
@@ -290,7 +291,7 @@ class SteadySequences {
 
   static SequenceResult judged(DepthRig& rig, KnownView view, Volume volume, const KnownSurface& surface) {
     SequenceResult result;
-    const DepthMaps steady = take(rig, view, std::move(volume), kVolumes);
+    const DepthMaps steady = take(rig, view.scene, std::move(volume), kVolumes);
     result.steady_share = rig.picture().stamp.steady_share;
     result.volumes = rig.picture().stamp.mean_volumes;
     const DepthMaps alone = rig.depths(view.scene);

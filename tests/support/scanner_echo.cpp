@@ -24,6 +24,10 @@ double ScannerEcho::spread_mm(const glm::dvec3& normal, const BeamAxes& axes, do
   return std::sqrt(along * along + across * across + elevation * elevation);
 }
 
+double ScannerEcho::widest_mm(double depth_mm) const {
+  return std::max(axial_mm, std::hypot(std::max(lateral_mm, elevation_mm), widening * (depth_mm - focus_mm)));
+}
+
 double ScannerEcho::share(double below_mm, const glm::dvec3& normal, const BeamAxes& axes,
                           double depth_mm) const {
   const double spread = spread_mm(normal, axes, depth_mm);

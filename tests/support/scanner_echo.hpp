@@ -45,6 +45,9 @@ struct ScannerEcho {
   double reverberation_db = 0;         ///< at the probe's face, over tissue
   double reverberation_db_per_mm = 4;  ///< by which it falls
 
+  /// The largest standard deviation of the amplitude's point spread, in any direction.
+  double widest_mm(double depth_mm) const;
+
   /// Amplitude of the blurred echo, 0 for fluid to 1 for tissue.
   double share(double below_mm, const glm::dvec3& normal, const BeamAxes& axes, double depth_mm) const;
 
