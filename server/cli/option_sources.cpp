@@ -209,10 +209,11 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   if (failure) return unreadable(fmt::format("cannot be read ({})", failure.message()));
   // A pipe would wait for a writer.
   if (!std::filesystem::is_regular_file(status)) return unreadable("is no file");
-  if (std::filesystem::file_size(path, failure) > kind.most_bytes) return unreadable("is too large");
+  const std::uintmax_t bytes = std::filesystem::file_size(path, failure);
+  if (failure || bytes > kind.most_bytes) return unreadable("is too large");
   std::ifstream file(path, std::ios::binary);
   if (!file) return unreadable("may not be read by this user");
-  std::string text(kind.most_bytes + 1, '\0');
+  std::string text(bytes, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (const std::string excess = toml_excess(text); !excess.empty())
