@@ -59,6 +59,13 @@ async function heightMm(viewer, panes) {
 test("a volume is measured by outlines in parallel planes, and goes to a file and a still", async () => {
   await withStillPage("measured-volume", async (viewer) => {
     await begin(viewer, "9");
+    await clickAt(viewer, [[0.5, 0.5]]);
+    await viewer.page.locator("#tomography-step").selectOption("10");
+    await until(
+      "a point that other planes cancel",
+      () => viewer.page.locator("#measured").textContent(),
+      (text) => text === "The picture has changed. Measure again.",
+    );
     await viewer.page.locator("#tomography-step").selectOption("5");
     await viewer.settled();
     await viewer.page.locator("#measure-kind").selectOption("area");

@@ -25,6 +25,7 @@ import { kDrawnHeight, pathPixels } from "./surface_path";
 const kSurface = "on the surface";
 const kClosePixels = 12; // of the page: a click so near to the first point closes an outline
 const kSamePixels = 3; // of the page: the second click of a double click
+const kChanged = "The picture has changed. Measure again.";
 const kUnfit: Readonly<Record<Kind, string>> = {
   distance: "set two points that are apart.",
   angle: "set its vertex apart from both sides.",
@@ -180,7 +181,7 @@ export class MeasureTool {
     if (!asked || requestId !== asked.id) return;
     this.asked = undefined;
     if (refused) return this.say(refused.message);
-    if (pictureId !== asked.picture.pictureId) return this.say("The picture has changed. Measure again.");
+    if (pictureId !== asked.picture.pictureId) return this.say(kChanged);
     const found = points.map(({ surface, xMm, yMm, zMm }) => (surface ? ([xMm, yMm, zMm] as const) : undefined));
     const isDistance = asked.pending.kind === "distance";
     const corners = isDistance ? [found[0], found.at(-1)] : found;
@@ -200,10 +201,12 @@ export class MeasureTool {
       (name) => this.picture?.[name] === picture[name],
     );
     const isOther = this.picture?.volumeId !== picture.volumeId;
+    const isCancelled = !isSame && this.pending !== undefined;
     this.picture = picture;
     if (!isSame) this.pending = undefined;
     if (isOther) this.fluid.drop();
-    if (isOther && this.chosen) this.sayHint();
+    if (isCancelled) this.say(kChanged);
+    else if (isOther && this.chosen) this.sayHint();
     else this.sayHintAgain();
     this.draw();
   }
