@@ -210,12 +210,14 @@ Result<std::vector<ConfiguredOption>> read_configuration(const std::filesystem::
   // A pipe would wait for a writer.
   if (!std::filesystem::is_regular_file(status)) return unreadable("is no file");
   const std::uintmax_t bytes = std::filesystem::file_size(path, failure);
-  if (failure || bytes > kind.most_bytes) return unreadable("is too large");
+  if (failure) return unreadable(fmt::format("cannot be read ({})", failure.message()));
+  if (bytes > kind.most_bytes) return unreadable("is too large");
   std::ifstream file(path, std::ios::binary);
   if (!file) return unreadable("may not be read by this user");
-  std::string text(bytes, '\0');
+  std::string text(bytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() != bytes) return unreadable("has changed while it was read");
   if (const std::string excess = toml_excess(text); !excess.empty())
     return bad(name, fmt::format("{}, expected lines such as {}", excess, kind.line));
   std::vector<PlacedOption> options;

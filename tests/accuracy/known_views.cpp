@@ -14,11 +14,6 @@ Scene oblique(Scene scene) {
   return scene;
 }
 
-KnownView known_view(const Scene& scene, const ScannedFan& fan, const KnownSurface& surface) {
-  const PixelRays rays(scene, kViewSize);
-  return {scene, kViewSize, rays, depth_truth(rays, kViewSize, fan, surface)};
-}
-
 }  // namespace
 
 Scene scene_from_probe(const ScannedFan& fan, Projection projection) {
@@ -33,6 +28,11 @@ Scene scene_from_probe(const ScannedFan& fan, Projection projection) {
   scene.camera.projection = projection;
   scene.rays.end_mm = 2 * kDistanceMm;
   return scene;
+}
+
+KnownView known_view(const Scene& scene, const ScannedFan& fan, const KnownSurface& surface) {
+  const PixelRays rays(scene, kViewSize);
+  return {scene, kViewSize, rays, depth_truth(rays, kViewSize, fan, surface)};
 }
 
 KnownView view_from_probe(const ScannedFan& fan, const KnownSurface& surface, Projection projection) {

@@ -21,7 +21,10 @@ struct KnownView {
 /// those of the reference work (R1).
 Scene scene_from_probe(const ScannedFan& fan, Projection projection);
 
-/// A view with that scene.
+/// A scene with its truth.
+KnownView known_view(const Scene& scene, const ScannedFan& fan, const KnownSurface& surface);
+
+/// The view of scene_from_probe().
 KnownView view_from_probe(const ScannedFan& fan, const KnownSurface& surface, Projection projection);
 
 /// Two views: from the probe, and oblique, so that neither rays nor pixels are aligned with the samples.

@@ -154,12 +154,11 @@ class Distances {
 
   void add(const Wanted& row, const TestFan& fan, const KnownSurface& surface, const Scanner& scanner,
            const Volume& volume) {
-    KnownView view = view_from_probe(fan.scanned(), surface, row.projection);
-    view.scene.camera.yaw_deg = row.direction.yaw_deg;
-    view.scene.camera.pitch_deg = row.direction.pitch_deg;
-    view.scene.camera.roll_deg = row.direction.roll_deg;
-    view.rays = PixelRays(view.scene, view.size);
-    view.truth = depth_truth(view.rays, view.size, fan.scanned(), surface);
+    Scene scene = scene_from_probe(fan.scanned(), row.projection);
+    scene.camera.yaw_deg = row.direction.yaw_deg;
+    scene.camera.pitch_deg = row.direction.pitch_deg;
+    scene.camera.roll_deg = row.direction.roll_deg;
+    KnownView view = known_view(scene, fan.scanned(), surface);
     bench_.change(view.scene);
     DepthRig rig(bench_.gpu, fan.scanned(), static_cast<std::uint32_t>(fan.angles_rad.size()), view.size);
     rig.set_volume(volume);

@@ -28,6 +28,7 @@ struct Place {
 class PixelPlaces {
  public:
   explicit PixelPlaces(const FanGeometry& geometry) : geometry_(geometry) {
+    places_.reserve(std::size_t{geometry.rows + 1} * (geometry.columns + 1));
     for (std::uint32_t row = 0; row <= geometry.rows; ++row) {
       for (std::uint32_t column = 0; column <= geometry.columns; ++column)
         places_.push_back(geometry.plane_point({static_cast<double>(column), static_cast<double>(row)}));
@@ -125,8 +126,8 @@ Volume scanned(const TestFan& fan, const KnownSurface& surface, const ScannerEch
       fan,
       [&](const glm::dvec3& at, const BeamAxes& axes, double depth_mm) {
         const double below_mm = surface.below_mm(at);
-        // So far away there is fluid or tissue alone, whatever the normal is, which is slow to find.
-        const bool is_near = std::abs(below_mm) < 6 * echo.widest_mm(depth_mm) + echo.thickness_mm;
+        // So far away the echo is that of fluid or of tissue, whatever the normal is, which is slow to find.
+        const bool is_near = std::abs(below_mm) < 6 * echo.widest_mm(depth_mm) + 3.1 * echo.thickness_mm;
         return echo.share(below_mm, is_near ? surface.normal(at) : axes.axial, axes, depth_mm);
       },
       echo, grains);
