@@ -12,20 +12,20 @@ namespace fanlight {
 
 namespace {
 
-constexpr Look::Value kSkin[] = {{"material.red", "0.93"},     {"material.green", "0.64"},
-                                 {"material.blue", "0.45"},    {"material.scatter_mm", "1.5"},
+constexpr Look::Value kSkin[] = {{"material.red", "0.93"},     {"material.green", "0.57"},
+                                 {"material.blue", "0.42"},    {"material.scatter_mm", "1.8"},
                                  {"material.glow", "0.8"},     {"light.red", "1"},
                                  {"light.green", "0.95"},      {"light.blue", "0.88"},
-                                 {"light.ambient", "0.1"},     {"light.diffuse", "1"},
-                                 {"light.specular", "0.15"},   {"light.shininess", "24"},
-                                 {"light.occlusion", "0.8"},   {"light.occlusion_mm", "12"},
-                                 {"light.fade_mm", "3"},       {"light.rim", "0.08"},
-                                 {"light.half_mm", "0"},       {"light.haze", "0"},
-                                 {"light.normals", "central"}, {"shadow.coefficient", "0.08"},
-                                 {"shadow.softness_mm", "20"}, {"light.on", "on"},
+                                 {"light.ambient", "0.05"},    {"light.diffuse", "1"},
+                                 {"light.specular", "0.09"},   {"light.shininess", "16"},
+                                 {"light.occlusion", "1"},     {"light.occlusion_mm", "9"},
+                                 {"light.fade_mm", "3"},       {"light.rim", "0.12"},
+                                 {"light.half_mm", "35"},      {"light.haze", "0.004"},
+                                 {"light.normals", "central"}, {"shadow.coefficient", "0.03"},
+                                 {"shadow.softness_mm", "30"}, {"light.on", "on"},
                                  {"light.strength", "1"},      {"fill_light.on", "off"},
                                  {"back_light.on", "off"},     {"finish.smoothing", "mean"},
-                                 {"finish.colours", "none"},   {"finish.exposure", "1.8"},
+                                 {"finish.colours", "none"},   {"finish.exposure", "2.1"},
                                  {"finish.outline", "3"},      {"finish.tone", "film"}};
 
 constexpr Look::Value kClinical[] = {

@@ -24,16 +24,16 @@ constexpr Look::Value kCommon[] = {
 // A small window keeps folds and creases; less light goes under the skin, and shadows are open.
 constexpr Look::Value kSkinPreset[] = {{"filter.size_mm", "4"},
                                        {"material.scatter_mm", "0.6"},
-                                       {"light.specular", "0.2"},
+                                       {"light.specular", "0.05"},
                                        {"shadow.coefficient", "0.35"},
                                        {"finish.exposure", "1.6"}};
 
-// The wall behind the fetus is darker and cooler than its skin, and fluid is a dark haze, not a black hole. A
-// cool light fills the shadows; a warm one from behind gives edges.
+// The wall behind the fetus is darker and cooler still than in the look, and fluid is lighter. A cool light
+// fills the shadows; a warm one from behind gives edges.
 constexpr Look::Value kBabyPreset[] = {
-    {"filter.size_mm", "5"},     {"light.half_mm", "30"},       {"light.haze", "0.012"},
+    {"filter.size_mm", "5"},     {"light.half_mm", "25"},       {"light.haze", "0.008"},
     {"finish.exposure", "2"},    {"fill_light.on", "on"},       {"fill_light.red", "0.7"},
-    {"fill_light.green", "0.8"}, {"fill_light.blue", "1"},      {"fill_light.strength", "0.2"},
+    {"fill_light.green", "0.8"}, {"fill_light.blue", "1"},      {"fill_light.strength", "0.12"},
     {"back_light.on", "on"},     {"back_light.red", "1"},       {"back_light.green", "0.9"},
     {"back_light.blue", "0.8"},  {"back_light.strength", "0.4"}};
 

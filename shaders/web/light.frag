@@ -21,7 +21,7 @@ out vec4 lit;
 #include "web/turned_surface.h"
 
 // What the view that was cast has not seen.
-const vec3 kUnseen = vec3(0.09);
+const vec3 kUnseen = vec3(0.14);
 #endif
 
 void main() {

@@ -129,9 +129,9 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     assert.ok(await isPressed(viewer, '[data-preset="bone"]'), "redo does not make the preset again");
     await click(viewer, "#undo");
     await click(viewer, '[data-preset="baby"]');
-    assert.ok((await viewer.field("light.haze")) > 0);
+    assert.equal(await viewer.field("light.haze"), 0.008);
     await click(viewer, '[data-preset="face"]');
-    assert.equal(await viewer.field("light.haze"), 0);
+    assert.equal(await viewer.field("light.haze"), 0.004);
     const legend = viewer.page.locator("#depth-legend");
     assert.ok(await legend.isHidden());
     await click(viewer, '[data-preset="depth"]');
@@ -168,7 +168,7 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     await viewer.settled();
     assert.equal(await viewer.field("shadow.coefficient"), 1, "no shadow leaves all light");
     assert.equal(await viewer.field("filter.size_mm"), 3);
-    assert.equal(await viewer.field("finish.exposure"), 3.6);
+    assert.equal(await viewer.field("finish.exposure"), 4.09);
     await slide("detector.threshold", 30);
     await viewer.settled();
     assert.equal(await viewer.field("detector.threshold"), 30);
@@ -257,9 +257,14 @@ test("a distance is measured on a frozen surface only, straight and along it", a
     await waitForWord(viewer, "Frozen");
     await viewer.settled();
     const { x, y, width, height } = await viewer.page.locator("#picture").boundingBox();
-    await viewer.page.mouse.click(x + 0.4 * width, y + 0.4 * height);
-    await viewer.page.mouse.click(x + 0.6 * width, y + 0.4 * height);
-    const sentence = await until("a distance", said, (text) => / mm straight/.test(text));
+    const measure = async () => {
+      // The volume that was being drawn when the picture froze may be shown after the first clicks, which it cancels.
+      if (/first of two points|Measure again/.test(await said())) {
+        for (const share of [0.4, 0.6]) await viewer.page.mouse.click(x + share * width, y + 0.4 * height);
+      }
+      return said();
+    };
+    const sentence = await until("a distance", measure, (text) => / mm straight/.test(text));
     const [straight, along] = sentence.match(/[\d.]+(?= ± [\d.]+ mm)/g).map(Number);
     const fieldMm = await viewer.field("camera.field_mm");
     assert.ok(straight >= 0.2 * fieldMm - 0.5 && straight < 0.5 * fieldMm, sentence);

@@ -45,11 +45,12 @@ function level(viewer, [x, y] = kPlace) {
   );
 }
 
+const kHaze = 10; // grey level where there is no surface, in the default look
 const isDark = (viewer, place) =>
   until(
     "a picture without what was cut",
     () => level(viewer, place),
-    (now) => now < 8,
+    (now) => now < kHaze + 2,
   );
 const isLit = (viewer, place) =>
   until(

@@ -67,7 +67,7 @@ function alike(viewer, name, part, isAlike) {
   return until(
     `${name}: the picture of the server`,
     () => viewer.page.evaluate(differences, part),
-    (found) => found.light > 5 && isAlike(found),
+    (found) => found.light > 20 && isAlike(found),
   );
 }
 

@@ -21,6 +21,7 @@ TEST_F(CloseUpTest, IsLitEverywhere) {
   for (int frame = -10; frame <= 10; ++frame) angles_rad.push_back(radians(2 * frame));
   Scene scene = scene_for(kFan, angles_rad.front(), angles_rad.back());
   ASSERT_TRUE(apply_look(scene, "skin"));
+  scene.light.haze = 0;
   scene.camera.field_mm = 1;
   RenderCounters counters;
   const auto renderer = made_renderer(kFan, angles_rad, {.width = 96, .height = 64}, scene, counters);

@@ -366,10 +366,10 @@ SeededCase seeded_case(std::uint32_t seed) {
   if (Dice scalpel(seed + 5'000'000); scalpel.one_in(3))
     scene.cuts.shapes = made_cuts(scalpel, within, scene);
   Dice far(seed + 6'000'000);
-  if (far.one_in(3)) scene.light.half_mm = far.between(2, 60);
+  scene.light.half_mm = far.one_in(3) ? far.between(2, 60) : 0;
   if (far.one_in(2)) scene.slice.slab_mm = far.between(0.5, 12);
   scene.slice.slab = far.any_to(Slab::kXRay);
-  if (far.one_in(3)) scene.light.haze = far.between(0.005, 0.1);
+  scene.light.haze = far.one_in(3) ? far.between(0.005, 0.1) : 0;
   Dice lamps(seed + 7'000'000);
   if (lamps.one_in(2)) set_lamps(lamps, scene);
   if (lamps.one_in(2)) scene.finish.outline = lamps.whole(1, 8);

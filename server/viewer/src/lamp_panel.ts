@@ -8,7 +8,7 @@ import type { SettingsEditor } from "./settings_editor";
 import { tidy } from "./view_geometry";
 
 const kRimBehind = 0.5;
-const kUsualRim = 0.08; // of the look "skin"
+const kUsualRim = 0.12; // of the look "skin"
 const kColours = ["red", "green", "blue"];
 const kPercent = 100;
 

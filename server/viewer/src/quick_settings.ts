@@ -8,8 +8,8 @@ import { tidy } from "./view_geometry";
 import type { SettingsEditor } from "./settings_editor";
 
 const kMostSmoothMm = 12;
-const kMiddleExposure = 1.8; // of the look "skin"
-const kBrightest = 4; // factor from the middle of the slider to its end
+const kMiddleExposure = 2.1; // of the look "skin"
+const kBrightest = 3.8; // factor from the middle of the slider to its end: the field ends at 8
 
 interface Quick {
   field: string;

@@ -87,7 +87,8 @@ class Fanlight:
 
     def picture(self, recording, camera, size, path, settings=()):
         """Renders the first volume of the recording to a PNG at `path`; returns its pixels as VtkWindow.pixels()."""
-        picture = ["--size", f"{size}x{size}", "--out", str(path)]
+        # Without haze, since every pixel that is not black counts as the body's.
+        picture = ["--size", f"{size}x{size}", "--light.haze", "0", "--out", str(path)]
         self._output("render", str(recording), *picture, *camera.options(), *settings)
         reader = vtkPNGReader()
         reader.SetFileName(str(path))
