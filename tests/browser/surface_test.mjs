@@ -82,8 +82,13 @@ test("the page lights surfaces as the server does", async () => {
   ]);
   try {
     const viewer = await ViewerPage.open(browser, server.url);
+    // Where it was too slow, the page tries again after 15 s.
+    await until(
+      "a surface by default",
+      () => viewer.page.locator("#codec").inputValue(),
+      (codec) => codec === "3",
+    );
     await settled(viewer);
-    assert.equal(await viewer.page.locator("#codec").inputValue(), "3");
     const plain = {
       light: { fade_mm: 0, occlusion: 0 },
       material: { scatter_mm: 0 },
