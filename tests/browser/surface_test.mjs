@@ -82,12 +82,8 @@ test("the page lights surfaces as the server does", async () => {
   ]);
   try {
     const viewer = await ViewerPage.open(browser, server.url);
-    // Where it was too slow, the page tries again after 15 s.
-    await until(
-      "a surface by default",
-      () => viewer.page.locator("#codec").inputValue(),
-      (codec) => codec === "3",
-    );
+    const codec = () => viewer.page.locator("#codec").inputValue();
+    await until("a surface, for which it tries again where it was too slow", codec, (now) => now === "3");
     await settled(viewer);
     const plain = {
       light: { fade_mm: 0, occlusion: 0 },
