@@ -12,6 +12,7 @@
 #include "tests/accuracy/face_features.hpp"
 #include "tests/accuracy/flip.hpp"
 #include "tests/accuracy/known_views.hpp"
+#include "tests/accuracy/scanned_frames.hpp"
 #include "tests/accuracy/test_fans.hpp"
 
 namespace fanlight::test {
@@ -76,6 +77,33 @@ TEST(DepthNormals, AreTheSurfaceOwnWhereDepthsAreTrue) {
         std::ranges::sort(errors_deg);
         EXPECT_LT(errors_deg[errors_deg.size() / 2], 0.1) << tested.name;
       }
+    }
+  }
+}
+
+TEST(ScannedFrames, AreTheSameWithTheNormalOfEveryPlace) {
+  auto fans = test_fans();
+  TestFan& fan = fans.front();
+  fan.angles_rad.resize(6);  // each volume takes seconds
+  const Grains grains(fan, 3);
+  const KnownRelief relief(kSurfaceDepthMm);
+  const auto is_same = [](const Volume& one, const Volume& other) {
+    for (std::uint32_t frame = 0; frame < one.stamp().frames; ++frame) {
+      if (!std::ranges::equal(one.frame_pixels(frame), other.frame_pixels(frame))) return false;
+    }
+    return one.stamp().frames == other.stamp().frames;
+  };
+  for (const bool is_diffuse : {false, true}) {
+    for (const double thickness_mm : {0.0, 1.0, 4.0}) {
+      ScannerEcho echo = scanners().back().echo;  // the broad beam
+      echo.is_diffuse = is_diffuse;
+      echo.thickness_mm = thickness_mm;
+      const Share share = [&](const glm::dvec3& at, const BeamAxes& axes, double depth_mm) {
+        return echo.share(relief.below_mm(at), relief.normal(at), axes, depth_mm);
+      };
+      const Volume quick = scanned(fan, relief, echo, grains);
+      const Volume whole = scanned(fan, share, echo, grains);
+      EXPECT_TRUE(is_same(quick, whole)) << thickness_mm << " mm, diffuse " << is_diffuse;
     }
   }
 }

@@ -23,8 +23,8 @@ struct Place {
   double depth_mm = 0;  ///< below the probe's face, along the scan line
 };
 
-/// Where the pixels of a frame lie in its plane; the same for all frames of a fan. Without it the sines of
-/// places take half of the time of a volume.
+/// Where the pixels of a frame lie in its plane; the same for all frames of a fan. Computed for each frame,
+/// they would take a sine for each pixel.
 class PixelPlaces {
  public:
   explicit PixelPlaces(const FanGeometry& geometry) : geometry_(geometry) {
