@@ -8,6 +8,7 @@
 #include <random>
 
 #include "acquisition/phantom/fetal_shapes.hpp"
+#include "acquisition/phantom/sway.hpp"
 #include "proto/model/fan_geometry.hpp"
 
 namespace fanlight {
@@ -46,11 +47,6 @@ const std::shared_ptr<const DistanceGrid>& cord() {
   static const auto made =
       std::make_shared<const DistanceGrid>(umbilical_cord_mm, vec3(-64, -20, -80), vec3(32, 36, -34), 0.9F);
   return made;
-}
-
-/// Slow oscillation between -amplitude and +amplitude.
-double sway(double amplitude, double period_s, double phase, double time_s) {
-  return amplitude * std::sin(2 * kPi * (time_s / period_s + phase));
 }
 
 struct Turn {

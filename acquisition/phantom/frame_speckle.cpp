@@ -9,7 +9,7 @@ namespace fanlight {
 
 namespace {
 
-constexpr std::uint32_t kSide = SpeckleTile::kSide;
+constexpr std::uint32_t kTileSide = SpeckleTile::kSide;
 // A slice with less than this part of the middle's amplitude is left out.
 constexpr float kLeastWeight = 0.1F;
 
@@ -32,7 +32,7 @@ void FrameSpeckle::set_place(const Place& place) {
     const std::uint64_t bits = mixed_bits(seed_ + mixed_bits(mixed_bits(place.sweep + 1) + index));
     slices_[slice + kReach] = {
         .row = static_cast<std::uint32_t>(bits >> 32),
-        .column = static_cast<std::uint32_t>(bits) % kSide,
+        .column = static_cast<std::uint32_t>(bits) % kTileSide,
         .away = static_cast<float>(static_cast<double>(nearest + slice) - place.frame)};
   }
 }
@@ -69,7 +69,7 @@ void FrameSpeckle::add(const Slice& slice, std::uint32_t row, float weight) {
   const std::size_t columns = factors_.size();
   std::size_t from = slice.column;
   for (std::size_t column = 0; column < columns; from = 0) {
-    const std::size_t count = std::min(columns - column, kSide - from);
+    const std::size_t count = std::min(columns - column, kTileSide - from);
     for (std::size_t i = 0; i < count; ++i) {
       real_[column + i] += weight * static_cast<float>(real[from + i]);
       imaginary_[column + i] += weight * static_cast<float>(imaginary[from + i]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/phantom/sway.hpp"
 #include "proto/model/fan_geometry.hpp"
 
 namespace fanlight {
@@ -71,11 +72,6 @@ double relief_mm(double u_mm, double v_mm) {
     if (feature.u_mm != 0) depth_mm += value(feature, -u_mm, v_mm);
   }
   return depth_mm;
-}
-
-/// Slow oscillation between -amplitude and +amplitude.
-double sway(double amplitude, double period_s, double phase, double time_s) {
-  return amplitude * std::sin(2 * kPi * (time_s / period_s + phase));
 }
 
 constexpr double kBobMm = 2.5;

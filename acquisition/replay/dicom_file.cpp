@@ -191,7 +191,6 @@ void add_times(DcmItem& dataset, std::vector<SequenceFrame>& frames) {
 
 /// Poses and times of planes that turn; the fit of the fan takes them.
 void add_planes(const std::vector<DicomPlane>& planes, FrameSequence& sequence) {
-  constexpr double kFrameS = 0.01;
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const std::size_t before = i > 0 && planes[i - 1].volume == planes[i].volume
                                    ? *sequence.frames[i - 1].frame_index + std::size_t{1}
@@ -200,13 +199,14 @@ void add_planes(const std::vector<DicomPlane>& planes, FrameSequence& sequence) 
     frame.pose = planes[i].pose;
     frame.volume_index = planes[i].volume;
     frame.frame_index = static_cast<std::uint32_t>(before);
-    frame.timestamp_s = planes[i].time_s.value_or(0) + kFrameS * static_cast<double>(before);
+    frame.timestamp_s = planes[i].time_s.value_or(0) + kAssumedFrameS * static_cast<double>(before);
   }
   const ImagePose& pose = planes.front().pose;
   sequence.pixel_size = {.width_mm = std::hypot(pose[0], pose[4], pose[8]),
                          .height_mm = std::hypot(pose[1], pose[5], pose[9])};
   sequence.pixel_size_origin = "its Pixel Spacing";
-  sequence.notes.push_back(fmt::format("The planes have no times: {} s for each is assumed.", kFrameS));
+  sequence.notes.push_back(
+      fmt::format("The planes have no times: {} s for each is assumed.", kAssumedFrameS));
 }
 
 }  // namespace

@@ -22,7 +22,6 @@ static_assert(std::endian::native == std::endian::little, "the file's numbers ar
 
 constexpr std::string_view kMagic = "KRETZFILE 1.0   ";
 constexpr std::uint32_t kMostItems = 10'000;
-constexpr double kFrameS = 0.01;
 
 /// Group and element of an item.
 constexpr std::uint32_t tag(std::uint32_t group, std::uint32_t element) {
@@ -198,7 +197,7 @@ class KretzHeader {
       if (!std::isfinite(angle_rad))
         return bad(fmt::format("the angle of frame {} is no number", i), "radians");
       frames[i].motor_angle_deg = degrees(angle_rad);
-      frames[i].timestamp_s = kFrameS * static_cast<double>(i);
+      frames[i].timestamp_s = kAssumedFrameS * static_cast<double>(i);
       frames[i].volume_index = 0;
       frames[i].frame_index = static_cast<std::uint32_t>(i);
     }

@@ -328,13 +328,13 @@ Result<OpenedSequence> open_recording_file(const std::filesystem::path& path, st
 
 Result<ValueWindow> choose_window(const std::filesystem::path& path, std::uint64_t max_bytes,
                                   Unscanned unscanned) {
-  constexpr std::size_t kMostFrames = 64;
+  constexpr std::size_t kMostFramesRead = 64;
   auto opened = open_recording_file(path, max_bytes);
   if (!opened) return opened.error();
   if (unscanned != Unscanned::kNone) opened->pixels.mark_unscanned(unscanned);
   ValueHistogram histogram(opened->sequence.format);
   const std::size_t frames = opened->sequence.frames.size();
-  const std::size_t step = std::max<std::size_t>(1, frames / kMostFrames);
+  const std::size_t step = std::max<std::size_t>(1, frames / kMostFramesRead);
   for (std::size_t frame = 0; frame < frames; frame += step) {
     if (auto counted = opened->pixels.count(frame, histogram); !counted) return counted.error();
   }

@@ -13,7 +13,7 @@ namespace fanlight {
 
 namespace {
 
-constexpr std::size_t kMostFrames = 64;
+constexpr std::size_t kMostFramesSeen = 64;
 // What the guess is good to (tests/formats/sector_guess_test.cpp), with some room.
 constexpr double kFaceMm = 2;
 constexpr double kRadiusMm = 3;
@@ -52,8 +52,8 @@ Result<std::optional<FanGeometry>> see_sector(const std::filesystem::path& path,
   const std::size_t frames = opened->sequence.frames.size();
   // Of compressed pixels the first ones: to reach the others all would be unpacked.
   const bool spreads = opened->pixels.has_quick_access();
-  const std::size_t step = spreads ? std::max<std::size_t>(1, frames / kMostFrames) : 1;
-  const std::size_t end = spreads ? frames : std::min(frames, kMostFrames);
+  const std::size_t step = spreads ? std::max<std::size_t>(1, frames / kMostFramesSeen) : 1;
+  const std::size_t end = spreads ? frames : std::min(frames, kMostFramesSeen);
   std::vector<std::uint8_t> brightest(opened->sequence.frame_bytes());
   std::vector<std::uint8_t> pixels(brightest.size());
   for (std::size_t frame = 0; frame < end; frame += step) {

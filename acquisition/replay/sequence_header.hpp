@@ -15,6 +15,9 @@
 
 namespace fanlight {
 
+/// Time between the frames of a file that has no times.
+inline constexpr double kAssumedFrameS = 0.01;
+
 /// Text header of a sequence file.
 struct SequenceHeader {
   FrameSequence sequence;  ///< all but the pixels; columns, rows and pixel size in the file's axis order

@@ -21,7 +21,6 @@ namespace {
 // The largest that a fan may have: planes that are almost parallel.
 constexpr double kAxisMm = 1000;  // above the probe's face
 constexpr double kMostSideMm = 500;
-constexpr double kFrameS = 0.01;
 
 /// The centre of the first voxel in the transducer frame.
 std::array<double, 3> origin_of(const VoxelGrid& grid) {
@@ -353,14 +352,14 @@ FrameSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
   for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
     const std::size_t volume = i / fan.frames;
     const std::size_t frame = i % fan.frames;
-    double begun_s = kFrameS * static_cast<double>(volume * fan.frames);
-    double step_s = kFrameS;
+    double begun_s = kAssumedFrameS * static_cast<double>(volume * fan.frames);
+    double step_s = kAssumedFrameS;
     if (!grid.volume_times_s.empty()) {
       const auto& times_s = grid.volume_times_s;
       begun_s = times_s[volume];
       const double lasts_s =
-          volume + 1 < times_s.size() ? times_s[volume + 1] - begun_s : kFrameS * fan.frames;
-      step_s = std::min(kFrameS, lasts_s / fan.frames);
+          volume + 1 < times_s.size() ? times_s[volume + 1] - begun_s : kAssumedFrameS * fan.frames;
+      step_s = std::min(kAssumedFrameS, lasts_s / fan.frames);
     }
     SequenceFrame& of = sequence.frames[i];
     of.motor_angle_deg = degrees(fan.angle_rad(frame));
@@ -384,7 +383,7 @@ FrameSequence fan_through(const VoxelGrid& grid, PixelFormat format) {
   if (grid.is_left_handed)
     sequence.notes.emplace_back("Its axes are left-handed: the first one is turned round.");
   if (grid.volume_times_s.size() < 2) {
-    sequence.notes.push_back(fmt::format("It has no time: {} s for each plane is assumed.", kFrameS));
+    sequence.notes.push_back(fmt::format("It has no time: {} s for each plane is assumed.", kAssumedFrameS));
   }
   return sequence;
 }

@@ -8,7 +8,7 @@ namespace fanlight {
 namespace {
 
 // Longest wait for one event of the bus while reads are being cancelled.
-constexpr std::int64_t kEventsUs = 20'000;
+constexpr std::int64_t kLastEventsUs = 20'000;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ void FramePipe::end(const UsbBus& bus) {
   parser_.reset();
   reads_.cancel();
   while (!reads_.empty()) {
-    while (reads_.front() == nullptr) bus.handle_events(kEventsUs);
+    while (reads_.front() == nullptr) bus.handle_events(kLastEventsUs);
     reads_.pop();
   }
 }

@@ -25,7 +25,7 @@ constexpr double kLeastCovered = 0.06;  // of the profiles
 constexpr double kMostFluid = 0.3;
 constexpr double kLeastStepOfBody = 0.4;
 // Deviations of the speckle: 17 dB. A lump in tissue has less.
-constexpr double kLeastOverSpeckle = 3;
+constexpr double kLeastStepOverSpeckle = 3;
 // Of its border, the share before other sheets, less that behind them. Bodies have 0.3 to 0.7.
 constexpr double kLeastBefore = 0.22;
 // Of its border, where the fan ends. Bodies have up to 0.2; a ledge or a membrane over half of the fan, 0.6.
@@ -149,7 +149,7 @@ std::optional<SheetBorders> body_borders(const VolumeProfiles& profiles, const E
   if (profiles.across() < kLeastAcross || profiles.frames() < kLeastAcross) return std::nullopt;
   const double contrast = contrast_of(sheet);
   if (contrast < kLeastStepOfBody * (levels.tissue - levels.fluid)) return std::nullopt;
-  if (levels.in_decibels() && contrast < kLeastOverSpeckle * levels.noise) return std::nullopt;
+  if (levels.in_decibels() && contrast < kLeastStepOverSpeckle * levels.noise) return std::nullopt;
   const SheetBorders borders = sheet_borders(profiles, steps, sheet,
                                              {.least_step = static_cast<float>(contrast / 2),
                                               .fluid = std::lerp(levels.fluid, levels.tissue, kMostFluid)});

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kAroundRegionMm = 4;  // thickness of what counts as wall
 constexpr double kMeanOverMm = 1;      // of each mean
-constexpr double kLeastRatio = 0.35;   // of a direction's level to that of all
-constexpr double kMostRatio = 4;
+constexpr double kLeastShare = 0.35;   // of a direction's level to that of all
+constexpr double kMostShare = 4;
 constexpr std::size_t kDirections = 26;
 
 struct Direction {
@@ -126,7 +126,7 @@ double flatten_wall(EchoGrid& grid, const Cells& region) {
   std::array<float, kDirections> levels{};
   for (std::size_t direction = 0; direction < kDirections; ++direction)
     levels[direction] =
-        static_cast<float>(std::clamp(peak(profiles[direction]), kLeastRatio * all, kMostRatio * all));
+        static_cast<float>(std::clamp(peak(profiles[direction]), kLeastShare * all, kMostShare * all));
   const auto flat = static_cast<float>(1 / all);
   for (std::size_t index = 0; index < grid.levels.size(); ++index) {
     const bool is_near = region[index] != 0 || (steps[index] > 0 && steps[index] < most_steps);

@@ -23,7 +23,7 @@ constexpr std::uint32_t kColours = 3;
 
 using Jpegs = std::vector<std::vector<std::uint8_t>>;
 
-Error wrong(std::string_view problem) {
+Error wrong_clip(std::string_view problem) {
   return {ErrorCode::kBadInput,
           fmt::format("{}, expected baseline JPEG files of one size for a clip", problem)};
 }
@@ -42,12 +42,12 @@ Result<Jpegs> read_files(std::span<const std::filesystem::path> files, JpegShape
     std::ifstream file(path, std::ios::binary);
     if (problem || !file)
       return Error{ErrorCode::kNotFound, fmt::format("{} cannot be read, expected a JPEG file", name)};
-    if (bytes > kMostBytes) return wrong(fmt::format("the files have over {} bytes", kMostBytes));
+    if (bytes > kMostBytes) return wrong_clip(fmt::format("the files have over {} bytes", kMostBytes));
     jpegs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
     const auto found = jpeg_shape(jpegs.back());
     if (!found) return Error{found.error().code, fmt::format("{}: {}", name, found.error().message)};
     if (jpegs.size() == 1) shape = *found;
-    if (*found != shape) return wrong(fmt::format("{} has another size than the first", name));
+    if (*found != shape) return wrong_clip(fmt::format("{} has another size than the first", name));
   }
   return jpegs;
 }
@@ -100,7 +100,7 @@ Result<JpegShape> jpeg_shape(std::span<const std::uint8_t> jpeg) {
   constexpr unsigned kStart = 0xFFD8;
   constexpr unsigned kBaseline = 0xFFC0;
   constexpr unsigned kScan = 0xFFDA;
-  if (jpeg.size() < 4 || word_at(jpeg, 0) != kStart) return wrong("it is no JPEG");
+  if (jpeg.size() < 4 || word_at(jpeg, 0) != kStart) return wrong_clip("it is no JPEG");
   for (std::size_t at = 2; at + 9 < jpeg.size();) {
     const unsigned marker = word_at(jpeg, at);
     if (marker == 0xFFFF) {  // a fill byte
@@ -113,11 +113,11 @@ Result<JpegShape> jpeg_shape(std::span<const std::uint8_t> jpeg) {
           .width = word_at(jpeg, at + 7), .height = word_at(jpeg, at + 5), .channels = jpeg[at + 9]};
       if (jpeg[at + 4] == 8 && shape.width > 0 && shape.height > 0 && shape.channels == kColours)
         return shape;
-      return wrong("it is not of 8 bits and three channels");
+      return wrong_clip("it is not of 8 bits and three channels");
     }
     at += 2 + word_at(jpeg, at + 2);
   }
-  return wrong("it is not baseline JPEG");
+  return wrong_clip("it is not baseline JPEG");
 }
 
 Result<std::vector<std::uint8_t>> clip_object(std::span<const std::filesystem::path> files,

@@ -18,15 +18,13 @@ namespace fanlight {
 
 namespace {
 
-using State = StoreOutcome::State;
-
-constexpr long kConnectSeconds = 10;
-constexpr long kAnswerSeconds = 600;
+constexpr long kHttpConnectSeconds = 10;
+constexpr long kHttpAnswerSeconds = 600;
 constexpr std::size_t kMostAnswerBytes = std::size_t{1} << 20;
 constexpr const char* kUserAgent = "Fanlight";
 constexpr std::string_view kBearer = "Bearer ";
 
-struct Answer {
+struct HttpAnswer {
   long status = 0;   ///< 0: the connection broke after it was made
   std::string body;  ///< the reason, where it broke
 };
@@ -40,9 +38,9 @@ class Transfer {
     set(CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
     set(CURLOPT_USERAGENT, kUserAgent);
     set(CURLOPT_NOSIGNAL, 1L);
-    set(CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
+    set(CURLOPT_CONNECTTIMEOUT, kHttpConnectSeconds);
     set(CURLOPT_LOW_SPEED_LIMIT, 1L);
-    set(CURLOPT_LOW_SPEED_TIME, kAnswerSeconds);
+    set(CURLOPT_LOW_SPEED_TIME, kHttpAnswerSeconds);
     set(CURLOPT_ERRORBUFFER, problem_.data());
     if (!peer.ca_file.empty()) {
       set(CURLOPT_CAINFO, peer.ca_file.c_str());
@@ -79,13 +77,13 @@ class Transfer {
   }
 
   /// GET.
-  Result<Answer> ask() {
+  Result<HttpAnswer> ask() {
     set(CURLOPT_HTTPHEADER, headers_);
     return run();
   }
 
   /// POST of a file, as the only part of the body. May be called again, and keeps the connection.
-  Result<Answer> send_file(const std::filesystem::path& path) {
+  Result<HttpAnswer> send_file(const std::filesystem::path& path) {
     if (body_ == nullptr) add_header("Content-Type: multipart/related; type=\"application/dicom\"");
     set(CURLOPT_HTTPHEADER, headers_);
     curl_mime* const before = std::exchange(body_, curl_mime_init(curl_));
@@ -101,7 +99,7 @@ class Transfer {
  private:
   /// kUnavailable: there is no connection; kInvalidArgument: a file for TLS. The sentence has libcurl's
   /// reason.
-  Result<Answer> run() {
+  Result<HttpAnswer> run() {
     answer_ = {};
     problem_[0] = '\0';
     const CURLcode done = failed_ ? CURLE_OUT_OF_MEMORY : curl_easy_perform(curl_);
@@ -110,7 +108,7 @@ class Transfer {
       const char* const text = problem_[0] != '\0' ? problem_.data() : curl_easy_strerror(done);
       curl_off_t connected_us = 0;
       (void)curl_easy_getinfo(curl_, CURLINFO_PRETRANSFER_TIME_T, &connected_us);
-      if (connected_us > 0 && !is_argument) return Answer{.status = 0, .body = printable(text)};
+      if (connected_us > 0 && !is_argument) return HttpAnswer{.status = 0, .body = printable(text)};
       return Error{is_argument ? ErrorCode::kInvalidArgument : ErrorCode::kUnavailable, printable(text)};
     }
     curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &answer_.status);
@@ -138,7 +136,7 @@ class Transfer {
   curl_mime* body_ = nullptr;
   bool failed_ = false;
   std::array<char, CURL_ERROR_SIZE> problem_{};
-  Answer answer_;
+  HttpAnswer answer_;
 };
 
 /// The reason of the first object that failed; 0: none did, or the body does not say so.
@@ -221,22 +219,25 @@ Result<StoreOutcome> outcome_of_answer(long status, const std::string& body) {
   constexpr long kAccepted = 202;  // some objects; here there is one
   constexpr long kConflict = 409;
   if (status == 0)
-    return StoreOutcome::of_peer(State::kNotSent, fmt::format("the connection broke ({})", body));
+    return StoreOutcome::of_peer(StoreOutcome::State::kNotSent,
+                                 fmt::format("the connection broke ({})", body));
   if (status == kOk || status == kAccepted || status == kConflict) {
     if (const unsigned reason = failure_reason(body); reason != 0)
       return outcome_of_status(static_cast<std::uint16_t>(reason));
-    if (status == kOk) return StoreOutcome::of_peer(State::kStored, "");
-    if (status == kAccepted) return StoreOutcome::of_peer(State::kStored, "stored with a warning");
+    if (status == kOk) return StoreOutcome::of_peer(StoreOutcome::State::kStored, "");
+    if (status == kAccepted)
+      return StoreOutcome::of_peer(StoreOutcome::State::kStored, "stored with a warning");
   }
   for (const long refused : {kConflict, 400L, 413L, 415L, 422L}) {
     if (status == refused)
-      return StoreOutcome::of_peer(State::kRefused,
+      return StoreOutcome::of_peer(StoreOutcome::State::kRefused,
                                    fmt::format("it refuses the object, HTTP status {}", status));
   }
   constexpr long kBusy = 429;
   constexpr long kServerErrors = 500;
   if (status == kBusy || status >= kServerErrors)
-    return StoreOutcome::of_peer(State::kNotSent, fmt::format("it cannot store now, HTTP status {}", status));
+    return StoreOutcome::of_peer(StoreOutcome::State::kNotSent,
+                                 fmt::format("it cannot store now, HTTP status {}", status));
   if (status == 401 || status == 403) {
     return Error{ErrorCode::kUnavailable,
                  fmt::format("it refuses the login, or wants one, HTTP status {}, expected --http-login FILE",
@@ -257,8 +258,8 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
   for (std::size_t at = 0; at < files.size() && !stop; ++at) {
     const auto is_dicom = is_dicom_file(files[at]);
     if (!is_dicom || !*is_dicom) {
-      outcomes[at] = is_dicom ? StoreOutcome::local(State::kRefused, "the file is not DICOM")
-                              : StoreOutcome::local(State::kNotSent, is_dicom.error().message);
+      outcomes[at] = is_dicom ? StoreOutcome::local(StoreOutcome::State::kRefused, "the file is not DICOM")
+                              : StoreOutcome::local(StoreOutcome::State::kNotSent, is_dicom.error().message);
       continue;
     }
     const auto answer = transfer.send_file(files[at]);
@@ -266,7 +267,8 @@ Result<std::vector<StoreOutcome>> store_by_web(const DicomWebPeer& peer,
     const auto outcome =
         answer ? outcome_of_answer(answer->status, answer->body) : Result<StoreOutcome>(answer.error());
     if (!outcome && at == 0) return named(outcome.error());
-    outcomes[at] = outcome ? *outcome : StoreOutcome::of_peer(State::kNotSent, outcome.error().message);
+    outcomes[at] =
+        outcome ? *outcome : StoreOutcome::of_peer(StoreOutcome::State::kNotSent, outcome.error().message);
     if (!outcome) break;
   }
   return outcomes;

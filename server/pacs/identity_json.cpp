@@ -89,16 +89,16 @@ constexpr std::array kRows = {
     Row{"scheduled_step_id", &DicomIdentity::scheduled_step_id, 16, is_text, kText},
 };
 
-Error wrong(std::string_view sentence) {
+Error wrong_identity(std::string_view sentence) {
   return {ErrorCode::kInvalidArgument, fmt::format("the identity of the patient: {}", sentence)};
 }
 
 Result<void> check_field(const Row& row, std::string_view text) {
   if (text.empty()) return {};
   if (!row.allows(text))
-    return wrong(fmt::format("{} is not as DICOM wants it, expected {}", row.name, row.expected));
+    return wrong_identity(fmt::format("{} is not as DICOM wants it, expected {}", row.name, row.expected));
   if (characters_of(text) > row.most_characters)
-    return wrong(
+    return wrong_identity(
         fmt::format("{} is too long, expected at most {} characters", row.name, row.most_characters));
   return {};
 }
@@ -115,11 +115,12 @@ Result<void> take_field(const std::string& name, const nlohmann::json& value, Di
   if (row == kRows.end()) {
     std::array<std::string_view, kRows.size()> names;
     std::ranges::transform(kRows, names.begin(), &Row::name);
-    return wrong(fmt::format("{} no field of it, expected {}",
-                             looks_like_a_field(name) ? name + " is" : "one of the names is",
-                             fmt::join(names, ", ")));
+    return wrong_identity(fmt::format("{} no field of it, expected {}",
+                                      looks_like_a_field(name) ? name + " is" : "one of the names is",
+                                      fmt::join(names, ", ")));
   }
-  if (!value.is_string()) return wrong(fmt::format("{} is no text, expected {}", name, row->expected));
+  if (!value.is_string())
+    return wrong_identity(fmt::format("{} is no text, expected {}", name, row->expected));
   const auto& text = value.get_ref<const std::string&>();
   identity.*row->member = text;
   return check_field(*row, text);
@@ -144,7 +145,7 @@ Result<void> check_identity(const DicomIdentity& identity) {
 
 Result<DicomIdentity> parse_identity(const nlohmann::json& json) {
   if (!json.is_object())
-    return wrong("it is no JSON object, expected one, such as {\"patient_id\": \"P123\"}");
+    return wrong_identity("it is no JSON object, expected one, such as {\"patient_id\": \"P123\"}");
   DicomIdentity identity;
   for (const auto& [name, value] : json.items()) {
     if (auto taken = take_field(name, value, identity); !taken) return taken.error();
@@ -161,9 +162,10 @@ Result<DicomIdentity> read_identity(const std::filesystem::path& path) {
   if (text.empty())
     return Error{ErrorCode::kNotFound, fmt::format("{} cannot be read, expected a JSON file with the patient",
                                                    printable(path.string()))};
-  if (text.size() > kMostBytes) return wrong(fmt::format("the file is larger than {} bytes", kMostBytes));
+  if (text.size() > kMostBytes)
+    return wrong_identity(fmt::format("the file is larger than {} bytes", kMostBytes));
   const auto json = nlohmann::json::parse(text, nullptr, false);
-  if (json.is_discarded()) return wrong("the file is not JSON, expected an object");
+  if (json.is_discarded()) return wrong_identity("the file is not JSON, expected an object");
   return parse_identity(json);
 }
 

@@ -16,7 +16,7 @@ namespace fanlight {
 
 namespace {
 
-Error wrong(std::string sentence) {
+Error wrong_request(std::string sentence) {
   return {ErrorCode::kInvalidArgument, std::move(sentence)};
 }
 
@@ -28,7 +28,8 @@ Result<std::vector<std::uint8_t>> decode_base64(const std::string& text) {
   const bool decoded =
       !text.empty() && text.size() % kCharacters == 0 &&
       EVP_DecodeBlock(bytes.data(), from, static_cast<int>(text.size())) == static_cast<int>(bytes.size());
-  if (!decoded) return wrong("png is not in base64, expected a PNG file in base64 without line breaks");
+  if (!decoded)
+    return wrong_request("png is not in base64, expected a PNG file in base64 without line breaks");
   bytes.resize(bytes.size() - static_cast<std::size_t>(std::min<std::ptrdiff_t>(
                                   2, std::count(text.end() - kCharacters, text.end(), '='))));
   return bytes;
@@ -45,7 +46,8 @@ Result<void> take_loss(const nlohmann::json& json, StillRequest& still) {
   constexpr double kMostRatio = 100'000;  // DICOM keeps it in 16 characters
   const double value = ratio.is_number() ? ratio.get<double>() : 0;
   if (!is_known || value < 1 || value > kMostRatio || json.size() != 2)
-    return wrong(R"(lossy is of another form, expected {"method": "jpeg" or "h264", "ratio": 1 to 100000})");
+    return wrong_request(
+        R"(lossy is of another form, expected {"method": "jpeg" or "h264", "ratio": 1 to 100000})");
   still.lossy_method = method == "jpeg" ? "ISO_10918_1" : "ISO_14496_10";
   still.lossy_ratio = value;
   return {};
@@ -78,11 +80,12 @@ Result<StillRequest> parse_still_request(std::string_view body) {
   const bool is_lossy = json.is_object() && json.contains("lossy");
   const bool has_both = json.is_object() && json.size() == (is_lossy ? 3 : 2) && json.contains("patient") &&
                         json.contains("png") && json["png"].is_string();
-  if (!has_both) return wrong(R"(expected {"png": PICTURE IN BASE64, "patient": {"patient_id": ID}})");
+  if (!has_both)
+    return wrong_request(R"(expected {"png": PICTURE IN BASE64, "patient": {"patient_id": ID}})");
   auto patient = parse_identity(json["patient"]);
   if (!patient) return patient.error();
   if (is_blank(patient->patient_id) && is_blank(patient->patient_name))
-    return wrong("the patient has neither an ID nor a name, expected one of them");
+    return wrong_request("the patient has neither an ID nor a name, expected one of them");
   const auto file = decode_base64(json["png"].get_ref<const std::string&>());
   if (!file) return file.error();
   auto picture = read_png(*file);

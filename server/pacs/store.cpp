@@ -16,8 +16,6 @@ namespace fanlight {
 
 namespace {
 
-using State = StoreOutcome::State;
-
 // An archive on slow disks is not given up on: what it stores after that, it would get a second time.
 constexpr int kStoreSeconds = 600;
 constexpr int kAskSeconds = 60;
@@ -36,7 +34,8 @@ bool is_uncompressed(const std::string& syntax) {
 ObjectHead head_of(const std::filesystem::path& path) {
   const auto is_dicom = is_dicom_file(path);
   if (!is_dicom)
-    return {.context = {}, .problem = StoreOutcome::local(State::kNotSent, is_dicom.error().message)};
+    return {.context = {},
+            .problem = StoreOutcome::local(StoreOutcome::State::kNotSent, is_dicom.error().message)};
   DcmMetaInfo head;
   std::string sop_class;
   std::string syntax;
@@ -46,8 +45,8 @@ ObjectHead head_of(const std::filesystem::path& path) {
   if (loaded && head.findAndGetOFString(DCM_TransferSyntaxUID, value).good()) syntax = value.c_str();
   if (sop_class.empty() || syntax.empty())
     return {.context = {},
-            .problem =
-                StoreOutcome::local(State::kRefused, "the file is not DICOM, expected its meta information")};
+            .problem = StoreOutcome::local(StoreOutcome::State::kRefused,
+                                           "the file is not DICOM, expected its meta information")};
   if (!is_uncompressed(syntax)) return {.context = {sop_class, {syntax}}, .problem = {}};
   return {.context = {sop_class,
                       {UID_LittleEndianExplicitTransferSyntax, UID_LittleEndianImplicitTransferSyntax}},
@@ -80,29 +79,31 @@ bool is_malformed(const OFCondition& problem) {
 /// connection.
 StoreOutcome store_file(DicomScu& scu, const std::filesystem::path& path, const DicomContext& context) {
   const Accepted as = accepted(scu, context);
-  if (as.id == 0) return StoreOutcome::of_peer(State::kRefused, std::string(kNotAccepted));
+  if (as.id == 0) return StoreOutcome::of_peer(StoreOutcome::State::kRefused, std::string(kNotAccepted));
   DcmFileFormat file;
   if (const OFCondition read = file.loadFile(path.c_str()); read.bad()) {
     const std::string problem =
         fmt::format("the file cannot be read ({}), expected whole DICOM", printable(read.text()));
-    if (is_malformed(read)) return StoreOutcome::local(State::kRefused, problem);
-    return StoreOutcome::local(State::kNotSent, problem);
+    if (is_malformed(read)) return StoreOutcome::local(StoreOutcome::State::kRefused, problem);
+    return StoreOutcome::local(StoreOutcome::State::kNotSent, problem);
   }
   DcmDataset& object = *file.getDataset();
   OFString value;
   if (object.findAndGetOFString(DCM_SOPInstanceUID, value).bad() || value.empty())
-    return StoreOutcome::local(State::kRefused, "it has no SOP Instance UID, expected one");
+    return StoreOutcome::local(StoreOutcome::State::kRefused, "it has no SOP Instance UID, expected one");
   if (object.findAndGetOFString(DCM_SOPClassUID, value).bad() || value.c_str() != context.first)
-    return StoreOutcome::local(State::kRefused, "it has another SOP class than its head, expected the same");
+    return StoreOutcome::local(StoreOutcome::State::kRefused,
+                               "it has another SOP class than its head, expected the same");
   if (object.chooseRepresentation(as.syntax, nullptr).bad() || !object.canWriteXfer(as.syntax))
     return StoreOutcome::local(
-        State::kRefused, "it cannot be written as the archive accepts it, expected pixels in one encoding");
+        StoreOutcome::State::kRefused,
+        "it cannot be written as the archive accepts it, expected pixels in one encoding");
   Uint16 status = 0;
   const OFCondition sent = scu.sendSTORERequest(as.id, "", &object, status);
   if (sent.good()) return outcome_of_status(status);
   (void)scu.abortAssociation();
   return StoreOutcome::of_peer(
-      State::kNotSent,
+      StoreOutcome::State::kNotSent,
       fmt::format("the connection broke ({}); an archive that does not know this title or machine does that",
                   printable(sent.text())));
 }
@@ -117,7 +118,7 @@ Result<std::vector<StoreOutcome>> store_files(const DicomPeer& peer,
   for (const std::filesystem::path& path : files) {
     heads.push_back(head_of(path));
     const ObjectHead& head = heads.back();
-    const bool can_be_sent = head.problem.state == State::kNotTried;
+    const bool can_be_sent = head.problem.state == StoreOutcome::State::kNotTried;
     if (can_be_sent && std::ranges::find(contexts, head.context) == contexts.end())
       contexts.push_back(head.context);
   }
@@ -131,14 +132,14 @@ Result<std::vector<StoreOutcome>> store_files(const DicomPeer& peer,
   int failures = 0;  // in a row
   for (std::size_t at = 0; at < files.size(); ++at) {
     ObjectHead& head = heads[at];
-    if (head.problem.state != State::kNotTried) {
+    if (head.problem.state != StoreOutcome::State::kNotTried) {
       outcomes.push_back(std::move(head.problem));
     } else if (!association) {
-      outcomes.push_back(StoreOutcome::of_peer(State::kRefused, std::string(kNotAccepted)));
+      outcomes.push_back(StoreOutcome::of_peer(StoreOutcome::State::kRefused, std::string(kNotAccepted)));
     } else if (association->scu().isConnected() && failures < kMostFailuresInARow && !stop) {
       outcomes.push_back(store_file(association->scu(), files[at], head.context));
       const StoreOutcome& outcome = outcomes.back();
-      if (!outcome.is_local) failures = outcome.state == State::kNotSent ? failures + 1 : 0;
+      if (!outcome.is_local) failures = outcome.state == StoreOutcome::State::kNotSent ? failures + 1 : 0;
     } else {
       outcomes.emplace_back();
     }

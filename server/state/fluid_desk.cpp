@@ -11,7 +11,7 @@ namespace fanlight {
 
 namespace {
 
-constexpr double kMostMm = 10'000;
+constexpr double kMostPointMm = 10'000;
 // Of the border: kLeastBorderDb and kMostBorderDb of the renderer's fluid_region.hpp.
 constexpr double kLeastShiftDb = -12;
 constexpr double kMostShiftDb = 3;
@@ -19,10 +19,10 @@ constexpr const char* kNoMemorySentence = "the server has no memory left to meas
 
 Result<void> check(const FluidQuestion& question) {
   for (const double mm : {question.at.x_mm, question.at.y_mm, question.at.z_mm}) {
-    if (!(std::abs(mm) <= kMostMm)) {
+    if (!(std::abs(mm) <= kMostPointMm)) {
       return Error{
           ErrorCode::kInvalidArgument,
-          fmt::format("the point lies at {} mm, expected at most {} mm to either side", mm, kMostMm)};
+          fmt::format("the point lies at {} mm, expected at most {} mm to either side", mm, kMostPointMm)};
     }
   }
   if (!(question.border_db >= kLeastShiftDb && question.border_db <= kMostShiftDb)) {

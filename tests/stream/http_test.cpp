@@ -15,7 +15,7 @@ namespace {
 
 /// Sends the bytes and returns all that the server sends until it closes the connection. `body` is sent once
 /// the server has asked for it.
-std::string talk(const ServerFixture& fixture, const std::string& request, const std::string& body = "") {
+std::string talk_raw(const ServerFixture& fixture, const std::string& request, const std::string& body = "") {
   boost::asio::io_context loop;
   boost::asio::ip::tcp::socket socket(loop);
   socket.connect(fixture.endpoint());
@@ -31,7 +31,7 @@ std::string talk(const ServerFixture& fixture, const std::string& request, const
 }
 
 std::string get(const ServerFixture& fixture, const std::string& target) {
-  return talk(fixture, "GET " + target + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  return talk_raw(fixture, "GET " + target + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
 }
 
 TEST(Http, ServesThePage) {
@@ -50,8 +50,8 @@ TEST(Http, ServesThePage) {
 TEST(Http, CompressesThePageForThoseWhoTakeIt) {
   ServerFixture fixture;
   const auto asks = [&](const std::string& codings) {
-    return talk(fixture, "GET /viewer.js HTTP/1.1\r\nHost: localhost\r\nAccept-Encoding: " + codings +
-                             "\r\nConnection: close\r\n\r\n");
+    return talk_raw(fixture, "GET /viewer.js HTTP/1.1\r\nHost: localhost\r\nAccept-Encoding: " + codings +
+                                 "\r\nConnection: close\r\n\r\n");
   };
   const std::size_t whole = get(fixture, "/viewer.js").size();
   for (const char* const taken : {"gzip", "gzip, deflate, br, zstd", "br;q=1.0, GZIP;q=0.5"}) {
@@ -90,7 +90,8 @@ TEST(Http, ReportsAFailedSourceAsUnhealthy) {
 
 TEST(Http, AnswersHeadWithoutABody) {
   ServerFixture fixture;
-  const std::string answer = talk(fixture, "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  const std::string answer =
+      talk_raw(fixture, "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
   EXPECT_NE(answer.find("HTTP/1.1 200"), std::string::npos);
   EXPECT_EQ(answer.substr(answer.size() - 4), "\r\n\r\n");
 }
@@ -100,10 +101,10 @@ TEST(Http, RefusesUnknownPathsAndMethods) {
   for (const char* target : {"/nothing", "/../etc/passwd", "/index.html/", "//", "*"}) {
     EXPECT_NE(get(fixture, target).find("HTTP/1.1 404"), std::string::npos) << target;
   }
-  EXPECT_NE(
-      talk(fixture, "DELETE / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").find("HTTP/1.1 405"),
-      std::string::npos);
-  EXPECT_NE(talk(fixture, "GET /stream HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+  EXPECT_NE(talk_raw(fixture, "DELETE / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+                .find("HTTP/1.1 405"),
+            std::string::npos);
+  EXPECT_NE(talk_raw(fixture, "GET /stream HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
                 .find("HTTP/1.1 404"),
             std::string::npos);
   EXPECT_GE(fixture.counters().requests_refused.value(), 7U);
@@ -112,7 +113,7 @@ TEST(Http, RefusesUnknownPathsAndMethods) {
 TEST(Http, RefusesHostsThatAreNotLoopback) {
   ServerFixture fixture;
   const auto named = [&](const std::string& host) {
-    return talk(fixture, "GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
+    return talk_raw(fixture, "GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
   };
   for (const char* host :
        {"localhost", "localhost:8080", "127.0.0.1:1", "127.1.2.3", "[::1]", "[::1]:8080"}) {
@@ -132,7 +133,7 @@ TEST(Http, RefusesMalformedRequests) {
   for (const std::string& request :
        {std::string("nonsense\r\n\r\n"), std::string("GET / HTTP/1.1\r\nContent-Length: 5\r\n\r\nhello"),
         large_header, std::string("GET / HTTP/9.9\r\n\r\n")}) {
-    const std::string answer = talk(fixture, request);
+    const std::string answer = talk_raw(fixture, request);
     EXPECT_NE(answer.find("HTTP/1.1 400"), std::string::npos) << request.substr(0, 40);
     EXPECT_NE(answer.find("expected"), std::string::npos) << request.substr(0, 40);
   }
@@ -161,7 +162,7 @@ TEST(Http, ServesNoBodyAsTheNextRequest) {
     std::string request =
         "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n";
     request.append(header).append("\r\n\r\n").append(chunked).append(smuggled);
-    const std::string received = talk(fixture, request);
+    const std::string received = talk_raw(fixture, request);
     EXPECT_EQ(answers_in(received), 1U) << header << "\n" << received;
     EXPECT_NE(received.find("HTTP/1.1 400"), std::string::npos) << header << "\n" << received;
     EXPECT_NE(received.find("Connection: close"), std::string::npos) << header;
@@ -171,16 +172,16 @@ TEST(Http, ServesNoBodyAsTheNextRequest) {
 TEST(Http, TakesAPlainChunkedBody) {
   ServerFixture fixture;
   const std::string received =
-      talk(fixture,
-           "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-           "Transfer-Encoding: Chunked\r\nConnection: close\r\n\r\n2\r\n{}\r\n0\r\n\r\n");
+      talk_raw(fixture,
+               "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+               "Transfer-Encoding: Chunked\r\nConnection: close\r\n\r\n2\r\n{}\r\n0\r\n\r\n");
   EXPECT_NE(received.find("HTTP/1.1 200"), std::string::npos) << received;
 }
 
 TEST(Http, NeedsOneHost) {
   ServerFixture fixture;
   const auto asked = [&](const std::string& head) {
-    return talk(fixture, head + "Connection: close\r\n\r\n");
+    return talk_raw(fixture, head + "Connection: close\r\n\r\n");
   };
   EXPECT_NE(asked("GET / HTTP/1.1\r\n").find("HTTP/1.1 400"), std::string::npos);
   EXPECT_NE(asked("GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\n").find("HTTP/1.1 400"),
@@ -193,7 +194,7 @@ TEST(Http, TakesTargetsInAbsoluteForm) {
   const auto asked = [&](const std::string& target, const char* host) {
     std::string request = "GET ";
     request.append(target).append(" HTTP/1.1\r\nHost: ").append(host);
-    return talk(fixture, request.append("\r\nConnection: close\r\n\r\n"));
+    return talk_raw(fixture, request.append("\r\nConnection: close\r\n\r\n"));
   };
   EXPECT_NE(asked("http://localhost/healthz", "localhost").find("HTTP/1.1 200"), std::string::npos);
   EXPECT_NE(asked("http://localhost", "localhost").find("text/html"), std::string::npos);
@@ -210,10 +211,10 @@ TEST(Http, AnswersExpectations) {
   const std::string head =
       "PATCH /api/scene HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
       "Content-Length: 2\r\nConnection: close\r\n";
-  const std::string met = talk(fixture, head + "Expect: 100-continue\r\n\r\n", "{}");
+  const std::string met = talk_raw(fixture, head + "Expect: 100-continue\r\n\r\n", "{}");
   EXPECT_EQ(met.find("HTTP/1.1 100 Continue\r\n\r\n"), 0U) << met;
   EXPECT_NE(met.find("HTTP/1.1 200"), std::string::npos) << met;
-  const std::string unknown = talk(fixture, head + "Expect: a-miracle\r\n\r\n{}");
+  const std::string unknown = talk_raw(fixture, head + "Expect: a-miracle\r\n\r\n{}");
   EXPECT_NE(unknown.find("HTTP/1.1 417"), std::string::npos) << unknown;
 }
 
@@ -221,8 +222,8 @@ TEST(Http, SaysWhichMethodsAreAllowed) {
   ServerFixture fixture;
   const auto deleted = [&](const std::string& path) {
     std::string request = "DELETE ";
-    return talk(fixture,
-                request.append(path).append(" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"));
+    return talk_raw(fixture,
+                    request.append(path).append(" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"));
   };
   EXPECT_NE(deleted("/").find("Allow: GET, HEAD\r\n"), std::string::npos);
   EXPECT_NE(deleted("/api/scene").find("Allow: GET, HEAD, PATCH\r\n"), std::string::npos);
@@ -235,10 +236,10 @@ TEST(Http, NoAnswerToHeadHasABody) {
   for (const char* target : {"/", "/nothing", "/api/scene", "/api/picture.png", "/metrics"}) {
     std::string request = "HEAD ";
     request.append(target).append(" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
-    const std::string answer = talk(fixture, request);
+    const std::string answer = talk_raw(fixture, request);
     EXPECT_EQ(answer.find("\r\n\r\n"), answer.size() - 4) << target << "\n" << answer;
   }
-  const std::string refused = talk(fixture, "HEAD / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n");
+  const std::string refused = talk_raw(fixture, "HEAD / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n");
   EXPECT_EQ(refused.find("\r\n\r\n"), refused.size() - 4) << refused;
 }
 

@@ -6,13 +6,13 @@
 namespace fanlight::test {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::int64_t kSecondNs = 1'000'000'000;
 
 class PictureDemandTest : public testing::Test {
  protected:
   /// Whether pictures are rendered at this second.
   bool rendered(std::int64_t second, std::size_t displays, bool recording = false) {
-    demand_.update(displays, recording, second * kSecond);
+    demand_.update(displays, recording, second * kSecondNs);
     EXPECT_EQ(audience_.present(), !demand_.resting());
     return audience_.present();
   }
@@ -24,10 +24,10 @@ class PictureDemandTest : public testing::Test {
 
 TEST_F(PictureDemandTest, RendersUntilTheFirstPictureWasShown) {
   EXPECT_TRUE(rendered(500, 0)) << "a probe may come late";
-  demand_.picture_shown(500 * kSecond);
+  demand_.picture_shown(500 * kSecondNs);
   EXPECT_TRUE(rendered(509, 0));
   EXPECT_FALSE(rendered(510, 0));
-  demand_.picture_shown(511 * kSecond);
+  demand_.picture_shown(511 * kSecondNs);
   EXPECT_FALSE(rendered(511, 0)) << "a picture that was under way is no reason";
 }
 
@@ -43,7 +43,7 @@ TEST_F(PictureDemandTest, RendersForARecordingAndForAScript) {
   demand_.picture_shown(0);
   EXPECT_TRUE(rendered(100, 0, true));
   EXPECT_FALSE(rendered(110, 0));
-  demand_.asked(120 * kSecond);
+  demand_.asked(120 * kSecondNs);
   EXPECT_TRUE(rendered(120, 0));
   EXPECT_FALSE(rendered(130, 0));
 }
@@ -51,7 +51,7 @@ TEST_F(PictureDemandTest, RendersForARecordingAndForAScript) {
 TEST(PictureDemand, NeverRestsWithoutAnAudience) {
   PictureDemand demand(nullptr);
   demand.picture_shown(0);
-  EXPECT_FALSE(demand.update(0, false, 1000 * kSecond));
+  EXPECT_FALSE(demand.update(0, false, 1000 * kSecondNs));
   EXPECT_FALSE(demand.resting());
 }
 

@@ -9,7 +9,7 @@
 namespace fanlight::test {
 namespace {
 
-using State = PictureLiveness::State;
+using Liveness = PictureLiveness::State;
 using Cause = PictureLiveness::Cause;
 
 /// A source of one sweep in `sweep_ms`, 20 frames each, and a renderer that takes `render_ms` for a volume.
@@ -52,14 +52,14 @@ class LivenessTest : public testing::Test {
   }
 
   bool update() { return liveness_.update(source_, now_ns_); }
-  State state() const { return liveness_.report().state; }
+  Liveness state() const { return liveness_.report().state; }
   Cause cause() const { return liveness_.report().cause; }
   const std::string& sentence() const { return liveness_.report().sentence; }
 
   /// Sweeps until the picture is not live, and returns how long that took.
   std::int64_t ms_until_not_live(bool complete, bool rendered) {
     const std::int64_t from_ns = now_ns_;
-    while (state() == State::kLive && now_ns_ < from_ns + 60'000 * kMs) sweep(complete, rendered);
+    while (state() == Liveness::kLive && now_ns_ < from_ns + 60'000 * kMs) sweep(complete, rendered);
     return (now_ns_ - from_ns) / kMs;
   }
 
@@ -77,12 +77,12 @@ class LivenessTest : public testing::Test {
 };
 
 TEST_F(LivenessTest, WaitsForTheFirstPictureAndIsLiveThen) {
-  EXPECT_EQ(state(), State::kWaiting);
+  EXPECT_EQ(state(), Liveness::kWaiting);
   sweep(true, false);
-  EXPECT_EQ(state(), State::kWaiting);
+  EXPECT_EQ(state(), Liveness::kWaiting);
   EXPECT_EQ(cause(), Cause::kNone);
   sweep();
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
   EXPECT_NEAR(liveness_.report().age_s, 0, 0.01);
 }
 
@@ -95,18 +95,18 @@ TEST_F(LivenessTest, ARestIsNoFaultUnlessTheSourceHasOne) {
   sweep();
   source_.resting = true;
   for (int sweeps = 0; sweeps < 50; ++sweeps) sweep(true, false);
-  EXPECT_EQ(state(), State::kResting);
+  EXPECT_EQ(state(), Liveness::kResting);
   EXPECT_EQ(sentence(), "There are no viewers, so no picture is rendered.");
   pass(2500);
-  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(state(), Liveness::kNotLive);
   EXPECT_EQ(cause(), Cause::kNoFrames);
   sweep(true, false);
   source_.resting = false;
   update();
-  EXPECT_EQ(state(), State::kWaiting) << "the picture of before the rest is not on show";
+  EXPECT_EQ(state(), Liveness::kWaiting) << "the picture of before the rest is not on show";
   EXPECT_EQ(sentence(), "The picture is being rendered.");
   sweep();
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
 }
 
 TEST_F(LivenessTest, ARelitVolumeStaysOld) {
@@ -116,20 +116,20 @@ TEST_F(LivenessTest, ARelitVolumeStaysOld) {
     pass(100);
     show(captured_ns);
   }
-  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(state(), Liveness::kNotLive);
   EXPECT_NEAR(liveness_.report().age_s, 3, 0.3);
 }
 
 TEST_F(LivenessTest, SilenceOfTheSourceIsSeenInTwoSeconds) {
   sweep();
   pass(1900);
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
   pass(500);
-  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(state(), Liveness::kNotLive);
   EXPECT_EQ(cause(), Cause::kNoFrames);
   EXPECT_EQ(sentence(), "The source has sent no frame for 2 s.");
   sweep();
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
 }
 
 TEST_F(LivenessTest, DroppedSweepsAreTheCause) {
@@ -174,7 +174,7 @@ TEST_F(LivenessTest, ASlowRendererDelaysThePictures) {
     show(now_ns_ - 4000 * kMs);  // it took four seconds
     update();
   }
-  EXPECT_EQ(state(), State::kDelayed);
+  EXPECT_EQ(state(), Liveness::kDelayed);
   EXPECT_NEAR(liveness_.report().age_s, 4, 0.3);
   EXPECT_EQ(sentence(), "The renderer is slower than the probe: 0.8 pictures a second.");
 }
@@ -198,32 +198,32 @@ TEST_F(LivenessTest, ADelayIsNotLaidToTheRendererWhereOthersAreLate) {
   };
   acquisition_.frame_age_s.set(5);
   delay_from(5000);
-  EXPECT_EQ(state(), State::kDelayed);
+  EXPECT_EQ(state(), Liveness::kDelayed);
   EXPECT_EQ(sentence(), "The source's frames are 5.0 s old when they come.");
   acquisition_.frame_age_s.set(0);
   acquisition_.volumes_incomplete.add();
   update();
   EXPECT_EQ(sentence(), "The last sweep is missing too many frames.");
   pass(1250);
-  EXPECT_EQ(state(), State::kDelayed);
+  EXPECT_EQ(state(), Liveness::kDelayed);
   EXPECT_EQ(sentence(), "The source has sent no frame for 1.2 s.");
 }
 
 TEST_F(LivenessTest, FramesOfARecordingAreNotLiveBehindARelay) {
   source_.origin = FrameOrigin::kUnknown;
   sweep();
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
   EXPECT_EQ(sentence(), "The picture is live as far as the sender of the frames says.");
   source_.origin = FrameOrigin::kSimulated;
   EXPECT_TRUE(update()) << "to be reported";
   EXPECT_EQ(sentence(), "The picture is live, of a simulated probe.");
   source_.origin = FrameOrigin::kRecording;
   EXPECT_TRUE(update());
-  EXPECT_EQ(state(), State::kReplay);
+  EXPECT_EQ(state(), Liveness::kReplay);
   EXPECT_FALSE(liveness_.report().live());
   EXPECT_EQ(sentence(), "The sender of the frames plays a recording.");
   pass(3000);
-  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(state(), Liveness::kNotLive);
   EXPECT_EQ(cause(), Cause::kNoFrames);
 }
 
@@ -231,7 +231,7 @@ TEST_F(LivenessTest, AChangeThatIsNotShownIsToldBesideTheState) {
   sweep();
   source_.scene_trouble = "The last change is not shown yet: the renderer is still working on it.";
   EXPECT_TRUE(update());
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
   EXPECT_EQ(cause(), Cause::kChangeNotShown);
   EXPECT_EQ(sentence(), "The picture is live. " + source_.scene_trouble);
   source_.scene_trouble.clear();
@@ -268,7 +268,7 @@ TEST_F(LivenessTest, ALostGpuIsMissingUntilItsNewDeviceShowsAPicture) {
   update();
   EXPECT_EQ(cause(), Cause::kGpuRemade);
   sweep();
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
   EXPECT_EQ(liveness_.gpu_lost_ns(), 0);
 }
 
@@ -292,10 +292,10 @@ TEST_F(LivenessTest, SlowSweepsAreLiveForThreeOfThem) {
   EXPECT_EQ(liveness_.limit_ns(), 9000 * kMs);
   sweep(false);
   sweep(false);
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
   sweep(false);
   sweep(false);
-  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(state(), Liveness::kNotLive);
   EXPECT_EQ(cause(), Cause::kSweepsDropped);
 }
 
@@ -335,11 +335,11 @@ TEST_F(LivenessTest, WhatIsKnownAtOnceIsSaidAtOnce) {
     source_ = {};
     liveness_.health_changed(well);
     sweep();
-    ASSERT_EQ(state(), State::kLive) << row.sentence;
+    ASSERT_EQ(state(), Liveness::kLive) << row.sentence;
     source_ = row.source;
     liveness_.health_changed(row.health);
     EXPECT_TRUE(update()) << "displays must be told: " << row.sentence;
-    EXPECT_EQ(state(), State::kNotLive) << row.sentence;
+    EXPECT_EQ(state(), Liveness::kNotLive) << row.sentence;
     EXPECT_EQ(cause(), row.cause) << row.sentence;
     EXPECT_EQ(sentence(), row.sentence);
     EXPECT_FALSE(update()) << "nothing has changed: " << row.sentence;
@@ -350,14 +350,14 @@ TEST_F(LivenessTest, ASlowGpuIsNoCause) {
   sweep();
   liveness_.health_changed({.state = RenderHealth::State::kSlow, .cause = ""});
   sweep();
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
 }
 
 TEST_F(LivenessTest, SaysThatTheDriverIsSilent) {
   for (int each = 0; each < 3; ++each) sweep();
   render_.turn_began_ns.set(now_ns_);
   pass(1'000);
-  EXPECT_EQ(state(), State::kLive);
+  EXPECT_EQ(state(), Liveness::kLive);
   pass(2'000);
   EXPECT_EQ(cause(), Cause::kDriverSilent);
   EXPECT_EQ(sentence(), "The GPU's driver has not answered for 3 s.");
@@ -369,7 +369,7 @@ TEST_F(LivenessTest, SaysThatTheDriverIsSilent) {
   source_.resting = true;
   for (int each = 0; each < 20; ++each) sweep(true, false);
   EXPECT_EQ(cause(), Cause::kDriverSilent) << "a rest asks nothing of the driver, and does not hide it";
-  EXPECT_EQ(state(), State::kNotLive);
+  EXPECT_EQ(state(), Liveness::kNotLive);
 }
 
 TEST(DriverWatchTest, CountsOnlyTheTimeInWhichItLooks) {

@@ -15,6 +15,8 @@
 namespace fanlight::test {
 namespace {
 
+using Body = v1::ServerMessage;
+
 const PresetStore::Author kOperator{.name = "Ann"};
 const PresetStore::Author kAdmin{.name = "Root", .is_admin = true};
 
@@ -149,7 +151,6 @@ TEST_F(PresetStoreTest, LeavesOutWhatALaterVersionCannotUse) {
 }
 
 TEST(PresetStream, IsToldToAllAndSavedByOperators) {
-  using Body = v1::ServerMessage;
   ServerFixture fixture;
   TestDisplay first(fixture.endpoint());
   TestDisplay second(fixture.endpoint());
