@@ -185,16 +185,9 @@ Result<void> Renderer::complete_newest(const Volume& volume, Loading loading) {
     return completed;
   }
   state.is_kept = loading == Loading::kKept;
+  if (loading != Loading::kNew) state.slot.end_seam();
   if (!state.slot.changed()) return as_breakage(light(state));
   return as_breakage(state.slot.can_recast() ? recast(state) : begin_cast(state));
-}
-
-std::uint32_t Renderer::nearest_frame_index(double angle_rad) const {
-  const auto angles_rad = slots_[newest_]->slot.angles_rad();
-  const auto above = std::ranges::lower_bound(angles_rad, angle_rad);
-  if (above == angles_rad.begin()) return 0;
-  const bool below_is_nearer = above == angles_rad.end() || angle_rad - above[-1] < *above - angle_rad;
-  return static_cast<std::uint32_t>(above - angles_rad.begin()) - (below_is_nearer ? 1 : 0);
 }
 
 void Renderer::take_frame(const QueuedFrame& frame) {
@@ -208,11 +201,12 @@ void Renderer::take_frame(const QueuedFrame& frame) {
     const double correction_rad =
         frame.stamp.direction == last.direction ? last.angle_correction_rad : -last.angle_correction_rad;
     const double angle_rad = frame.stamp.angle_rad + correction_rad;
-    slot.replace(frame, nearest_frame_index(angle_rad), angle_rad);
+    slot.replace(frame, slot.nearest_frame_index(angle_rad), angle_rad);
     return;
   }
-  slots_[1 - newest_]->slot.stage(frame.geometry, nearest_frame_index(frame.stamp.angle_rad),
-                                  static_cast<std::uint32_t>(slots_[newest_]->slot.angles_rad().size()),
+  const VolumeInFlight& newest = slots_[newest_]->slot;
+  slots_[1 - newest_]->slot.stage(frame.geometry, newest.nearest_frame_index(frame.stamp.angle_rad),
+                                  static_cast<std::uint32_t>(newest.angles_rad().size()),
                                   frame.stamp.commit_number, frame.pixels);
 }
 
@@ -420,11 +414,17 @@ Result<DepthMaps> Renderer::read_depth() {
 /// The steady map of the other slot, if the temporal filter may use it.
 VolumeInFlight::Earlier Renderer::earlier_than(const SlotState& state) const {
   if (replaces_frames()) return std::nullopt;  // a single slot is used, and it keeps no last volume
-  const SlotState& other = &state == slots_[0].get() ? *slots_[1] : *slots_[0];
+  const SlotState& other = *slots_[other_than(state)];
   const MappedVolume mapped{.id = other.filtered_volume_id, .is_kept = other.is_kept};
   const MappedVolume now{.id = state.slot.volume().volume_id, .is_kept = state.is_kept};
   if (!may_average(mapped, now)) return std::nullopt;
   return earlier_map(other.filtered_view, config_.size, state.cast_scene.scene, mapped.id >= now.id);
+}
+
+/// The view of the slot's own last picture, where frames are replaced one by one.
+VolumeInFlight::Earlier Renderer::picture_before(const SlotState& state) const {
+  if (!replaces_frames() || state.filtered_volume_id == 0) return std::nullopt;
+  return earlier_map(state.filtered_view, config_.size, state.cast_scene.scene, true);
 }
 
 Result<void> Renderer::light(SlotState& state) {
@@ -471,10 +471,12 @@ Result<void> Renderer::submit_light_piece(SlotState& state) {
 
 Result<void> Renderer::submit_light(SlotState& state) {
   take_light_scene(state);
-  if (auto lit = state.slot.light(state.lit_scene.scene, earlier_than(state)); !lit) {
+  if (auto lit = state.slot.light(state.lit_scene.scene, earlier_than(state), picture_before(state)); !lit) {
     // The next advance() lights it by the scene that is in force then.
     return falls_back(lit.error()) ? Result<void>{} : lit;
   }
+  // It has overwritten the other slot's map.
+  if (state.slot.blends()) slots_[other_than(state)]->filtered_volume_id = 0;
   state.filtered_volume_id = state.slot.volume().volume_id;
   state.filtered_view = state.cast_scene.scene;
   state.phase = WorkPhase::kLighting;
@@ -499,6 +501,7 @@ void Renderer::note_light(SlotState& state) {
                  .near_tissue = state.slot.near_tissue_state(state.cast_scene.scene),
                  .near_end_mm = state.slot.near_end_mm(state.cast_scene.scene),
                  .sample_distances = state.slot.sample_distances(state.cast_scene.scene),
+                 .seam_frames = state.slot.blends() ? state.lit_scene.scene.filter.seam_frames : 0,
                  .view = picture_view(state.cast_scene.scene, size_of(state.cast_scene.scene, config_.size))};
   state.stamp.measures.cheap_filters = scene_in_force().deadline.measures.cheap_filters;
 }

@@ -267,8 +267,9 @@ class Renderer {
   bool falls_back(const Error& error);
   Result<void> retry_held();
   Result<void> observe();
-  std::uint32_t nearest_frame_index(double angle_rad) const;
+  std::size_t other_than(const SlotState& state) const { return &state == slots_[0].get() ? 1 : 0; }
   VolumeInFlight::Earlier earlier_than(const SlotState& state) const;
+  VolumeInFlight::Earlier picture_before(const SlotState& state) const;
   bool private_views_have_input() const;
   PrivateRenderer::Shown shown_for_private_views() const;
 

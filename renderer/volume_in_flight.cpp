@@ -45,13 +45,19 @@ void VolumeInFlight::follow(const VolumeInFlight& other) {
   light_.follow(other.light_.steady());
 }
 
-Result<void> VolumeInFlight::light(const Scene& scene, const Earlier& earlier) {
+Result<void> VolumeInFlight::light(const Scene& scene, const Earlier& earlier, const Earlier& before) {
   if (on_one_device_) {
     light_.read(cast_);
   } else {
     light_.copy_by_host(cast_);
   }
-  if (auto begun = light_.begin(effective(scene), earlier); !begun) return begun;
+  std::optional<Seam> seam;
+  if (before && new_frames_.count() > 0 && scene.filter.seam_frames > 0)
+    seam = {.earlier = *before,
+            .frames = new_frames_,
+            .frame_step_rad = extent_.frame_step_rad(),
+            .motor_radius_mm = geometry_.motor_radius_mm};
+  if (auto begun = light_.begin(effective(scene), earlier, seam ? &*seam : nullptr); !begun) return begun;
   return on_one_device_ ? light_.submit_all() : light_.submit_next();
 }
 
@@ -147,6 +153,7 @@ Result<void> VolumeInFlight::load(const Volume& volume, const EchoLevels& levels
     if (auto made = replace_frames(volume); !made) return made;
   }
   frames_.load(volume);
+  new_frames_ = {};
   geometry_ = volume.geometry();
   levels_ = levels;
   near_tissue_ = near_tissue;
@@ -197,6 +204,13 @@ Result<void> VolumeInFlight::begin_frames(const Scene& scene, const EchoLevels& 
   return {};
 }
 
+std::uint32_t VolumeInFlight::nearest_frame_index(double angle_rad) const {
+  const auto above = std::ranges::lower_bound(angles_rad_, angle_rad);
+  if (above == angles_rad_.begin()) return 0;
+  const bool below_is_nearer = above == angles_rad_.end() || angle_rad - above[-1] < *above - angle_rad;
+  return static_cast<std::uint32_t>(above - angles_rad_.begin()) - (below_is_nearer ? 1 : 0);
+}
+
 void VolumeInFlight::mark_changed(std::uint32_t frame_index) {
   const CastPass::FrameRange single{frame_index, frame_index};
   const CastPass::FrameRange known = changed_.value_or(single);
@@ -213,6 +227,7 @@ bool VolumeInFlight::replace(const QueuedFrame& frame, std::uint32_t frame_index
   frames_.stage(frame_index, static_cast<std::uint32_t>(angles_rad_.size()), frame.stamp.commit_number,
                 frame.pixels);
   mark_changed(frame_index);
+  new_frames_.add(angle_rad);
   ++frames_version_;
   if (angles_rad_[frame_index] != angle_rad) {
     // The first and the last angle bound the fan, and so the length of every ray.
@@ -238,7 +253,10 @@ Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& le
     same_angles &= angles_rad_[frame_index] == volume.angles_rad()[order[frame_index]];
   }
   changed_beyond_ |= !same_angles || levels != levels_ || near_tissue != near_tissue_;
-  return load(volume, levels, near_tissue);
+  const NewFrames kept = new_frames_;  // the last ones are still blended
+  auto loaded = load(volume, levels, near_tissue);
+  new_frames_ = kept;
+  return loaded;
 }
 
 Result<void> VolumeInFlight::recast(const Scene& scene) {

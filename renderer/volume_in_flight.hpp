@@ -85,6 +85,9 @@ class VolumeInFlight {
   /// outstanding.
   bool replace(const QueuedFrame& frame, std::uint32_t frame_index, double angle_rad);
 
+  /// Blends nothing until the next frame is replaced.
+  void end_seam() { new_frames_ = {}; }
+
   /// Whether the allocated memory has room for the volume, and for no larger frames.
   bool suits(const Volume& volume) const { return frames_.suits(volume); }
 
@@ -108,6 +111,8 @@ class VolumeInFlight {
 
   /// Angles of the last volume's frames, with replaced frames, ascending.
   std::span<const double> angles_rad() const { return angles_rad_; }
+  /// Index of the frame at the nearest angle. Precondition: loaded().
+  std::uint32_t nearest_frame_index(double angle_rad) const;
 
   // As the functions of CastPass. Precondition: nothing is outstanding.
   Result<void> cast_next_band() { return cast_.submit_next(bindings()); }
@@ -121,7 +126,11 @@ class VolumeInFlight {
   using Earlier = LightPass::Earlier;
   /// Submits passes 2 and 3: on one device all, on two the first piece. Precondition: no cast is under way,
   /// maps_are_written(), and nothing of passes 2 and 3 is outstanding.
-  Result<void> light(const Scene& scene, const Earlier& earlier);
+  /// `before`: the view of this slot's last picture, absent where it found the surface elsewhere or there is
+  /// none; where frames were replaced, their surface is blended with it (Scene::Filter::seam_frames).
+  Result<void> light(const Scene& scene, const Earlier& earlier, const Earlier& before);
+  /// As LightPass::blends().
+  bool blends() const { return light_.blends(); }
 
   /// Submits the next piece of light(). Before it, where `changed` is not null, takes that scene over as
   /// LightPass::change(). Precondition: !light_submitted(), light_outstanding() is 0.
@@ -196,9 +205,7 @@ class VolumeInFlight {
   }
   /// PictureStamp::sample_distances.
   Point sample_distances(const Scene& scene) const {
-    const double frames = std::max(2.0, static_cast<double>(extent_.frames));
-    return geometry_.sample_distances(scene.camera.target,
-                                      (extent_.last_angle_rad - extent_.first_angle_rad) / (frames - 1));
+    return geometry_.sample_distances(scene.camera.target, extent_.frame_step_rad());
   }
   /// The scene with what it leaves to this volume.
   Scene effective(const Scene& scene) const { return effective(scene, levels_); }
@@ -230,6 +237,7 @@ class VolumeInFlight {
   Config config_;
   AngleTable table_;
   std::vector<double> angles_rad_;  // of the frames, ascending
+  NewFrames new_frames_;            // since load()
   // Range of frames that were replaced since the cast, and whether a change needs a whole cast.
   std::optional<CastPass::FrameRange> changed_;
   bool changed_beyond_ = false;

@@ -4,7 +4,13 @@
 // the right, down, and the depth below the view plane.
 #ifndef FANLIGHT_SHADERS_STEADY_PARAMETERS_H
 #define FANLIGHT_SHADERS_STEADY_PARAMETERS_H
+#include "seam_parameters.h"
 #include "vector_types.h"
+
+// What the last step of the filter does.
+#define FANLIGHT_TEMPORAL_ALONE 0   // the map of this volume alone
+#define FANLIGHT_TEMPORAL_STEADY 1  // the mean with earlier volumes
+#define FANLIGHT_TEMPORAL_SEAM 2    // at the seam of a rolling sweep, in part the map before
 
 // Cells of a map, across or down, at most. A cell is a square of pixels.
 #define FANLIGHT_MAP_CELLS 64
@@ -36,6 +42,7 @@ FANLIGHT_SHADER_STRUCT(SteadyParameters) {
   vec3 pivot;           // about which a motion turns, in the frame of `earlier`
   float added_volumes;  // 1, or 0 where the volume of `now` is part of the earlier map
   float most_volumes;   // in the mean of a pixel
+  SeamParameters seam;  // FANLIGHT_TEMPORAL_SEAM only
 }
 FANLIGHT_SHADER_STRUCT_END
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pass 2, temporal filter, last step: the mean of each depth and of those that earlier volumes show of the
 // same place of the body (renderer/ALGORITHM.md, pass 2). A pixel counts the volumes of its mean, and starts
-// again where the body has moved by itself.
+// again where the body has moved by itself. Or, in a rolling sweep, the blend of the last sweep's surface
+// into the new one (renderer/ALGORITHM.md, rolling sweep).
 //
-// Reads: depth, float a pixel, mm; with kAverages earlier_map, the steady map of an earlier volume, and
-//   alignment.
+// Reads: depth, float a pixel, mm; with another kKind than FANLIGHT_TEMPORAL_ALONE earlier_map, the map of an
+//   earlier volume or picture, and alignment.
 // Writes: steady_map, vec2 a pixel: depth in mm, and the number of volumes in it, 0 without a surface. Maps:
 //   height x width of the picture.
 #version 460
@@ -16,8 +17,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// false: there is no earlier map, or the filter is off.
-layout(constant_id = 0) const bool kAverages = false;
+// FANLIGHT_TEMPORAL_...
+layout(constant_id = 0) const int kKind = FANLIGHT_TEMPORAL_ALONE;
 
 layout(binding = FANLIGHT_BINDING_DEPTH, scalar) readonly buffer DepthMap {
   float depth[];
@@ -68,14 +69,44 @@ vec2 averaged(ivec2 pixel, float now) {
   return vec2(now - (1.0 - 1.0 / volumes) * agreement.y * away, volumes);
 }
 
+// How much of the last sweep's surface is left at a place, of what the map before has of it.
+float left_of_last_sweep(vec3 place) {
+  float along = dot(steady.seam.along, place) + steady.seam.along_at_0;
+  float across = dot(steady.seam.across, place) + steady.seam.across_at_0;
+  float angle = atan(across, along);
+  float now = 0.0;
+  float before = 0.0;
+  for (int frame = 0; frame < steady.seam.frames; ++frame) {
+    float near = max(1.0 - abs(angle - steady.seam.angles[frame]) * steady.seam.frames_per_rad, 0.0);
+    now += near * steady.seam.shares[frame];
+    before += near * steady.seam.shares_before[frame];
+  }
+  return min(now / max(before, 1e-6), 1.0);
+}
+
+// The depth between those of the last sweep and of the new one. The less, the farther these lie apart: at
+// `same_surface` they are two surfaces.
+vec2 blended(ivec2 pixel, float now) {
+  vec3 local = place_at(steady.now, vec2(pixel), now);
+  vec3 place = steady.origin + local.x * steady.right + local.y * steady.down + local.z * steady.forward;
+  bool same_view = steady.seam.same_view != 0;
+  float before = same_view ? earlier_map[index_of(pixel)].x : earlier_at(pixel_at(steady.earlier, place)).x;
+  float away = (same_view ? now : place.z) - before;
+  float ratio = away / lighting.same_surface;
+  float similarity = in_view(pixel) && before >= 0.0 ? max(1.0 - ratio * ratio, 0.0) : 0.0;
+  return vec2(now - left_of_last_sweep(local) * similarity * away, 1.0);
+}
+
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (pixel.x >= int(lighting.width) || pixel.y >= int(lighting.height)) return;
   uint index = index_of(pixel);
   float now = depth[index];
   vec2 result = vec2(now, now >= 0.0 ? 1.0 : 0.0);
-  bool averages = kAverages && now >= 0.0 && alignment.found != 0u;
+  bool averages = kKind == FANLIGHT_TEMPORAL_STEADY && now >= 0.0 && alignment.found != 0u;
   // A loop, not an `if`: where no lane has a surface, nothing is read.
   for (int once = averages ? 0 : 1; once < 1; ++once) result = averaged(pixel, now);
+  bool blends = kKind == FANLIGHT_TEMPORAL_SEAM && now >= 0.0;
+  for (int once = blends ? 0 : 1; once < 1; ++once) result = blended(pixel, now);
   steady_map[index] = result;
 }

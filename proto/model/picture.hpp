@@ -45,6 +45,8 @@ struct PictureView {
   double middle_column = 0;
   double middle_row = 0;
   SurfacePart part;
+
+  bool operator==(const PictureView&) const = default;
 };
 
 /// The tissue next to the probe, in a picture (Scene::Near).
@@ -82,6 +84,9 @@ struct PictureStamp {
   /// 1; and the mean number of these volumes, 1 without such pixels.
   double steady_share = 0;
   double mean_volumes = 1;
+  /// Refresh::kFrame: the number of frames over which the surface of the last sweep is blended into the new
+  /// one (Scene::Filter::seam_frames); 0: nothing is blended.
+  int seam_frames = 0;
   PictureView view;
   std::array<double, kStages> stage_ms{};  ///< 0 where the stage did not run for this picture
   bool passes_overlap = false;             ///< passes 2 and 3 run while pass 1 of another volume does

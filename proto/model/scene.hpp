@@ -200,6 +200,9 @@ struct Scene {
     int islands = 7;     ///< surfaces smaller than about half this, pixels, are removed; odd; 1: none
     int holes = 9;       ///< holes smaller than about half this, pixels, are filled; odd; 1: none
     double steady = 0;   ///< share of earlier volumes in a running mean, as of 1 / (1 - steady) volumes
+    /// With Refresh::kFrame: frames over which the surface of a new sweep takes the place of the last one's;
+    /// 0: at once.
+    int seam_frames = 6;
 
     bool operator==(const Filter&) const = default;
   } filter;

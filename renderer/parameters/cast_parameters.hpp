@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/vec4.hpp>
@@ -28,6 +29,9 @@ struct VolumeExtent {
   double last_angle_rad = 0;
   std::uint32_t frames = 0;
   std::uint32_t frame_capacity = 0;  ///< slices of the texture that holds it
+
+  /// Mean angle between neighbouring frames.
+  double frame_step_rad() const { return (last_angle_rad - first_angle_rad) / (std::max(frames, 2U) - 1); }
 };
 
 /// The uniforms of pass 1 for this scene and volume. Samples lie at depths rays.start_mm + k * step / (length

@@ -9,6 +9,7 @@
 
 #include "renderer/parameters/cast_parameters.hpp"
 #include "shaders/bindings.h"
+#include "shaders/steady_parameters.h"
 
 namespace fanlight {
 
@@ -173,8 +174,8 @@ PipelineKey map_cells_key(bool earlier) {
   return {.shader = Shader::kMapCells, .constants = {earlier ? 1 : 0}};
 }
 
-PipelineKey temporal_key(bool averages) {
-  return {.shader = Shader::kTemporal, .constants = {averages ? 1 : 0}};
+PipelineKey temporal_key(int kind) {
+  return {.shader = Shader::kTemporal, .constants = {kind}};
 }
 
 shaders::LightParameters light_parameters(const Scene& scene, PictureSize size, double farthest_mm) {
@@ -217,7 +218,8 @@ std::array<PipelineKey, kLightVariants> light_variants() {
   std::array<PipelineKey, kLightVariants> variants;
   auto* next = variants.data();
   for (const bool earlier : {false, true}) *next++ = map_cells_key(earlier);
-  for (const bool averages : {false, true}) *next++ = temporal_key(averages);
+  for (const int kind : {FANLIGHT_TEMPORAL_ALONE, FANLIGHT_TEMPORAL_STEADY, FANLIGHT_TEMPORAL_SEAM})
+    *next++ = temporal_key(kind);
   for (const bool first : {false, true}) {
     for (const bool second : {false, true}) {
       *next++ = light_key(first, second, false);

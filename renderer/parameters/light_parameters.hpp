@@ -30,12 +30,12 @@ struct LightKeys {
 };
 LightKeys light_keys(const Scene& scene);
 
-/// Of the temporal filter: the cells of this map or of the earlier one; and whether there is one to average
-/// with.
+/// Of the temporal filter: the cells of this map or of the earlier one; and its last step, by
+/// FANLIGHT_TEMPORAL_...
 PipelineKey map_cells_key(bool earlier);
-PipelineKey temporal_key(bool averages);
+PipelineKey temporal_key(int kind);
 
-inline constexpr std::size_t kLightVariants = 22;
+inline constexpr std::size_t kLightVariants = 23;
 /// Every value that the keys of the light and of the smoothing filter can have, to be built before a scene
 /// needs them: a changed light or filter must not wait for a pipeline.
 std::array<PipelineKey, kLightVariants> light_variants();

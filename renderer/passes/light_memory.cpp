@@ -26,7 +26,7 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
       {"steady_parameters", &made.steady_parameters, sizeof(shaders::SteadyParameters),
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
-      {"steady", &made.steady, pixels * sizeof(glm::vec2), kStorage, steady_place},
+      {"steady", &made.steady, pixels * sizeof(glm::vec2), kFilled | kRead, steady_place},
       {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage},
       {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage},
       {"filled", &made.filled, pixels * sizeof(float), kStorage},

@@ -119,7 +119,8 @@ void LightPass::copy_by_host(const CastPass& cast) {
   changed_ = changed_.united(copies_.copy_by_host(cast.maps(), cast.size()));
 }
 
-void LightPass::follow(const GpuBuffer& steady) const {
+void LightPass::follow(const GpuBuffer& steady) {
+  followed_ = steady.get();
   recorder_.descriptors().write(FANLIGHT_BINDING_EARLIER_MAP, steady);
 }
 
@@ -141,7 +142,7 @@ void LightPass::learn_step_times() {
 bool LightPass::MapsKey::operator==(const MapsKey& other) const {
   // All members have four bytes, without padding between them.
   using Words = std::array<std::uint32_t, sizeof(shaders::LightParameters) / sizeof(std::uint32_t)>;
-  return diffusion_steps == other.diffusion_steps && averages == other.averages &&
+  return diffusion_steps == other.diffusion_steps && temporal == other.temporal &&
          std::bit_cast<Words>(parameters) == std::bit_cast<Words>(other.parameters);
 }
 
@@ -156,40 +157,61 @@ LightStep LightPass::on_tiles(VkPipeline pipeline, const PixelRect& part) const 
 }
 
 /// Decides what passes 2 and 3 compute, and sets the part of the moving average in `parameters`.
-void LightPass::choose_regions(const Scene& scene, bool averages, shaders::LightParameters& parameters) {
+void LightPass::choose_regions(const Scene& scene, int temporal, shaders::LightParameters& parameters) {
   const PixelRect all = PixelRect::whole(size_);
   regions_ = LightRegions::whole(size_);
-  maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene), .averages = averages};
+  maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene), .temporal = temporal};
   const bool as_last = is_new_input_ && maps_ == maps_due_ && filter_ == scene.filter;
-  partly_ = config_.copies == Copies::kByHost && as_last && !averages && 2 * changed_.pixels() < all.pixels();
+  const PixelRect changed = changed_by_blending(scene.filter.seam_frames).united(changed_);
+  partly_ = config_.copies == Copies::kByHost && as_last && temporal != FANLIGHT_TEMPORAL_STEADY &&
+            2 * changed.pixels() < all.pixels();
   if (partly_) {
     // Where nothing has changed, any tile.
-    const PixelRect part = changed_.empty() ? PixelRect{.right = 1, .bottom = 1} : changed_;
+    const PixelRect part = changed.empty() ? PixelRect{.right = 1, .bottom = 1} : changed;
     regions_ = LightRegions::of(part, parameters, maps_due_.diffusion_steps > 0, size_);
   }
   set_smooth_part(parameters, regions_.smooth);
   maps_.reset();
 }
 
-/// Writes the parameters of the temporal filter. Returns whether it has anything to average with.
-bool LightPass::take_earlier(const Scene& scene, const Earlier& earlier) const {
+/// What the last pictures have changed whose frames the last one still blended.
+PixelRect LightPass::changed_by_blending(int seam_frames) const {
+  PixelRect changed;
+  if (maps_due_.temporal != FANLIGHT_TEMPORAL_SEAM) return changed;
+  // A pixel between two frames is blended until both are whole.
+  const auto most = static_cast<std::uint64_t>(seam_frames);
+  for (const ChangedPart& each : changed_parts_) {
+    if (each.new_frames > 0 && new_frames_ - each.new_frames <= most) changed = changed.united(each.part);
+  }
+  return changed;
+}
+
+/// Writes the parameters of the temporal filter. Returns what it does: FANLIGHT_TEMPORAL_...
+int LightPass::take_earlier(const Scene& scene, const Earlier& earlier, const Seam* seam) const {
   const MapPlace now{.view = picture_view(scene, size_), .size = size_};
-  if (scene.filter.steady <= 0 || !earlier || earlier->place.view.part.width == 0 || now.view.part.width == 0)
-    return false;
-  memory_.steady_parameters.mapped_as<shaders::SteadyParameters>() =
-      steady_parameters(now, *earlier, scene.camera.distance_mm, scene.filter.steady);
-  return true;
+  const auto shows = [](const MapPlace& place) { return place.view.part.width > 0; };
+  auto& parameters = memory_.steady_parameters.mapped_as<shaders::SteadyParameters>();
+  const double target_mm = scene.camera.distance_mm;
+  if (seam != nullptr && shows(seam->earlier.place) && shows(now)) {
+    parameters = steady_parameters(now, seam->earlier, target_mm, 0);
+    parameters.seam = seam_parameters(now, *seam, scene.filter.seam_frames, new_frames_);
+    return FANLIGHT_TEMPORAL_SEAM;
+  }
+  if (scene.filter.steady <= 0 || !earlier || !shows(earlier->place) || !shows(now))
+    return FANLIGHT_TEMPORAL_ALONE;
+  parameters = steady_parameters(now, *earlier, target_mm, scene.filter.steady);
+  return FANLIGHT_TEMPORAL_STEADY;
 }
 
 /// The steps of the temporal filter.
 Result<void> LightPass::add_steady_steps() {
   Pipelines& pipelines = recorder_.pipelines();
-  const bool averages = maps_due_.averages;
+  const bool averages = maps_due_.temporal == FANLIGHT_TEMPORAL_STEADY;
   const auto now_cells = pipelines.get(map_cells_key(false));
   if (!now_cells) return now_cells.error();
   const auto earlier_cells = pipelines.get(map_cells_key(true));
   if (!earlier_cells) return earlier_cells.error();
-  const auto temporal = pipelines.get(temporal_key(averages));
+  const auto temporal = pipelines.get(temporal_key(maps_due_.temporal));
   if (!temporal) return temporal.error();
   const PixelRect cells{.right = FANLIGHT_MAP_CELLS, .bottom = FANLIGHT_MAP_CELLS};
   if (averages) {
@@ -270,7 +292,7 @@ void LightPass::take_size(PictureSize size) {
   step_ms_ = {};
 }
 
-Result<void> LightPass::begin(const Scene& scene, const Earlier& earlier) {
+Result<void> LightPass::begin(const Scene& scene, const Earlier& earlier, const Seam* seam) {
   const LightKeys keys = light_keys(scene);
   learn_step_times();
   take_size(*scene.size);
@@ -283,15 +305,18 @@ Result<void> LightPass::begin(const Scene& scene, const Earlier& earlier) {
   is_first_of_cast_ = is_new_cast_;
   const bool filters = is_new_input_ || filter_ != scene.filter;
   // Without the filter the maps stay those of the last one, whatever it would be now.
-  const bool averages = filters ? take_earlier(scene, earlier) : maps_due_.averages;
+  const int temporal = filters ? take_earlier(scene, earlier, seam) : maps_due_.temporal;
   if (!filters) parameters.confidence_counts = filtered_.confidence_counts;
-  choose_regions(scene, averages, parameters);
+  choose_regions(scene, temporal, parameters);
   memory_.parameters.mapped_as<shaders::LightParameters>() = parameters;
   if (filters) {
     if (auto added = add_filter_steps(keys); !added) return added;
     if (filter_due_ != scene.filter) step_ms_[static_cast<std::size_t>(Stage::kFilter)] = 0;
     filter_due_ = scene.filter;
     filter_.reset();
+    new_frames_due_ = seam != nullptr ? seam->frames.count() : 0;
+    motor_turned_ = seam != nullptr && seam->frames.turned();
+    map_before_pixels_ = seam != nullptr ? seam->earlier.place.size.pixels() : 0;
     surface_id_ = next_surface_id();
   }
   return add_light_steps(keys, scene);
@@ -303,7 +328,7 @@ Result<void> LightPass::change(const Scene& scene) {
   // What begin() knew besides the scene.
   changed.confidence_counts = parameters.confidence_counts;
   maps_due_ = {
-      .parameters = changed, .diffusion_steps = diffusion_steps(scene), .averages = maps_due_.averages};
+      .parameters = changed, .diffusion_steps = diffusion_steps(scene), .temporal = maps_due_.temporal};
   // Another light changes pixels that keep their depth.
   regions_.lit = regions_.outlined = regions_.finished = LightRegions::whole(size_).lit;
   set_smooth_part(changed, regions_.smooth);
@@ -360,6 +385,29 @@ void LightPass::record_read_back(VkCommandBuffer commands) const {
   recorder_.stamp(GpuTimestamps::kReadBackEnd);
 }
 
+/// Notes what the picture has changed, while its frames are blended.
+void LightPass::note_changed_part() {
+  ChangedPart& last = changed_parts_.front();
+  if (last.new_frames != new_frames_) {
+    std::shift_right(changed_parts_.begin(), changed_parts_.end(), 1);
+    last = {.part = {}, .new_frames = new_frames_};
+  }
+  last.part = last.part.united(changed_);
+  // Frames that are replaced twice are blended longer.
+  if (motor_turned_) last.part = last.part.united(changed_by_blending(filter_due_->seam_frames));
+  changed_ = {};
+}
+
+/// Copies the map of the last picture to where the temporal filter reads it.
+void LightPass::record_map_before(VkCommandBuffer commands) const {
+  const VkBufferCopy map{.size = map_before_pixels_ * sizeof(glm::vec2)};
+  vkCmdCopyBuffer(commands, memory_.steady.get(), followed_, 1, &map);
+  barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT,
+          VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+}
+
 /// Submits the steps before end_step that were not submitted yet, and after the last one the read-back.
 Result<void> LightPass::submit(std::size_t end_step) {
   const auto commands = recorder_.begin();
@@ -370,21 +418,23 @@ Result<void> LightPass::submit(std::size_t end_step) {
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
-              VK_ACCESS_2_TRANSFER_WRITE_BIT);
+              VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT);
   if (maps_to_copy_ != nullptr) copies_.copy(*commands, *maps_to_copy_, size_);
+  if (blends() && steps_.next() == 0 && steady_steps_ > 0) record_map_before(*commands);
   record_steps(*commands, end_step);
   const bool last = end_step == steps_.count();
   if (last) record_read_back(*commands);
   if (auto submitted = recorder_.submit(recorder_.gpu().light_queue(), written_); !submitted)
     return submitted;
   maps_to_copy_ = nullptr;
+  if (steps_.next() == 0 && steady_steps_ > 0) new_frames_ = new_frames_due_;
   steps_.submit_until(end_step);
   if (!last) return {};
   // Only now: after an error, or where the picture was given up, the next one does all of it.
   filter_ = filter_due_;
   maps_ = maps_due_;
   filtered_ = maps_due_.parameters;
-  changed_ = {};
+  note_changed_part();
   is_new_cast_ = is_new_input_ = false;
   return {};
 }

@@ -10,6 +10,7 @@
 #include "proto/model/picture.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/parameters/light_parameters.hpp"
+#include "renderer/parameters/seam.hpp"
 #include "renderer/parameters/steady_parameters.hpp"
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/cast_maps.hpp"
@@ -61,9 +62,9 @@ class LightPass {
   PictureSize size() const { return size_; }
   PictureSize largest() const { return config_.largest; }
 
-  /// Sets the temporal filter's input: steady() of the other slot, or a copy of it.
-  /// Precondition as above.
-  void follow(const GpuBuffer& steady) const;
+  /// Sets the temporal filter's input: steady() of the other slot, or a copy of it. For a Seam this pass
+  /// copies its own map there before it writes the next one. Precondition as above.
+  void follow(const GpuBuffer& steady);
   /// The temporally filtered depth map, two floats a pixel: the depth in mm and the number of volumes in it.
   /// Mapped with kByHost.
   const GpuBuffer& steady() const { return memory_.steady; }
@@ -74,7 +75,9 @@ class LightPass {
   /// Sets passes 2 and 3 up for this effective_scene() of the cast, and submits nothing. The filter of the
   /// depth map is left out where its input and options have not changed. Precondition: nothing is
   /// outstanding. Error: a pipeline that cannot be built.
-  Result<void> begin(const Scene& scene, const Earlier& earlier);
+  /// `seam`: of a cast whose frames replace those of the last sweep one by one; null: of others. Its earlier
+  /// map is steady() of this pass.
+  Result<void> begin(const Scene& scene, const Earlier& earlier, const Seam* seam = nullptr);
 
   /// Submits the next piece, about 4 ms of work; the first one has all that reads the map of follow(), which
   /// may be written again then, and the last one has the read-back. Precondition: as begin().
@@ -91,6 +94,8 @@ class LightPass {
   const LightSteps& steps() const { return steps_; }
   /// Whether begin() computes a part of the picture only.
   bool lights_a_part() const { return partly_; }
+  /// Whether it blends at the seam of a rolling sweep.
+  bool blends() const { return maps_due_.temporal == FANLIGHT_TEMPORAL_SEAM; }
   /// Whether the picture of the last begin() is the first of its cast.
   bool is_first_of_cast() const { return is_first_of_cast_; }
 
@@ -123,13 +128,16 @@ class LightPass {
   double mean_volumes() const;
   std::span<const std::uint8_t> colours() const;
   bool in_pieces() const { return config_.pauses || config_.copies == Config::Copies::kByHost; }
-  void choose_regions(const Scene& scene, bool averages, shaders::LightParameters& parameters);
+  void choose_regions(const Scene& scene, int temporal, shaders::LightParameters& parameters);
+  PixelRect changed_by_blending(int seam_frames) const;
+  void note_changed_part();
   LightStep on_tiles(VkPipeline pipeline, const PixelRect& part) const;
-  bool take_earlier(const Scene& scene, const Earlier& earlier) const;
+  int take_earlier(const Scene& scene, const Earlier& earlier, const Seam* seam) const;
   Result<void> add_steady_steps();
   Result<void> add_filter_steps(const LightKeys& keys);
   Result<void> add_light_steps(const LightKeys& keys, const Scene& scene);
   Result<void> submit(std::size_t end_step);
+  void record_map_before(VkCommandBuffer commands) const;
   void record_clear_totals(VkCommandBuffer commands) const;
   void record_steps(VkCommandBuffer commands, std::size_t end_step) const;
   void record_read_back(VkCommandBuffer commands) const;
@@ -154,6 +162,19 @@ class LightPass {
   bool is_first_of_cast_ = false;
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 
+  // Of the rolling sweep. The map of steady() has this many of its frames, and the ones that change are due.
+  VkBuffer followed_ = VK_NULL_HANDLE;  // of follow()
+  std::size_t map_before_pixels_ = 0;   // of steady()
+  std::uint64_t new_frames_ = 0;
+  std::uint64_t new_frames_due_ = 0;
+  bool motor_turned_ = false;  // among the frames that are blended
+  // What the last pictures changed, newest first, while their frames are blended.
+  struct ChangedPart {
+    PixelRect part;
+    std::uint64_t new_frames = 0;
+  };
+  std::array<ChangedPart, FANLIGHT_MOST_SEAM_FRAMES> changed_parts_{};
+
   // Of the picture under way.
   PictureSize size_;
   LightSteps steps_;
@@ -164,7 +185,7 @@ class LightPass {
   struct MapsKey {
     shaders::LightParameters parameters{};  // without the part that is computed
     int diffusion_steps = 0;
-    bool averages = false;  // with the maps of earlier volumes
+    int temporal = FANLIGHT_TEMPORAL_ALONE;
     bool operator==(const MapsKey& other) const;
   };
   std::optional<MapsKey> maps_;              // of the last picture; none while they are written

@@ -64,6 +64,7 @@ void describe(v1::Picture& message, const Picture& picture) {
   message.set_uncertain_share(stamp.uncertain_share);
   message.set_steady_share(stamp.steady_share);
   message.set_mean_volumes(stamp.mean_volumes);
+  message.set_seam_frames(static_cast<std::uint32_t>(stamp.seam_frames));
   const auto [first, last] =
       std::minmax(stamp.volume.first_recorded_number, stamp.volume.last_recorded_number);
   message.set_first_frame_number(first);

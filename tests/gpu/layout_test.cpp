@@ -73,11 +73,16 @@ TEST(Layout, SteadyParametersAreOneInBothLanguages) {
       OFFSET(MapView, right),        OFFSET(MapView, bottom),       OFFSET(MapView, middle),
       OFFSET(MapView, scale_at_0),   OFFSET(MapView, scale_per_mm), OFFSET(MapView, cell_side),
       OFFSET(MapView, cells_across), OFFSET(MapView, cells_down)};
-  const Offsets parameters = {OFFSET(SteadyParameters, now),         OFFSET(SteadyParameters, earlier),
-                              OFFSET(SteadyParameters, right),       OFFSET(SteadyParameters, down),
-                              OFFSET(SteadyParameters, forward),     OFFSET(SteadyParameters, origin),
-                              OFFSET(SteadyParameters, pivot),       OFFSET(SteadyParameters, added_volumes),
-                              OFFSET(SteadyParameters, most_volumes)};
+  const Offsets parameters = {OFFSET(SteadyParameters, now),          OFFSET(SteadyParameters, earlier),
+                              OFFSET(SteadyParameters, right),        OFFSET(SteadyParameters, down),
+                              OFFSET(SteadyParameters, forward),      OFFSET(SteadyParameters, origin),
+                              OFFSET(SteadyParameters, pivot),        OFFSET(SteadyParameters, added_volumes),
+                              OFFSET(SteadyParameters, most_volumes), OFFSET(SteadyParameters, seam)};
+  const Offsets seam = {OFFSET(SeamParameters, along),          OFFSET(SeamParameters, across),
+                        OFFSET(SeamParameters, along_at_0),     OFFSET(SeamParameters, across_at_0),
+                        OFFSET(SeamParameters, frames_per_rad), OFFSET(SeamParameters, frames),
+                        OFFSET(SeamParameters, same_view),      OFFSET(SeamParameters, angles),
+                        OFFSET(SeamParameters, shares),         OFFSET(SeamParameters, shares_before)};
   const Offsets alignment = {
       OFFSET(MapAlignment, right),         OFFSET(MapAlignment, down),        OFFSET(MapAlignment, forward),
       OFFSET(MapAlignment, origin),        OFFSET(MapAlignment, found),       OFFSET(MapAlignment, now_cells),
@@ -88,6 +93,7 @@ TEST(Layout, SteadyParametersAreOneInBothLanguages) {
         shaders::map_agreement_spirv, shaders::temporal_spirv}) {
     EXPECT_EQ(offsets_in(spirv, "MapView"), view);
     EXPECT_EQ(offsets_in(spirv, "SteadyParameters"), parameters);
+    EXPECT_EQ(offsets_in(spirv, "SeamParameters"), seam);
     EXPECT_EQ(offsets_in(spirv, "MapAlignment"), alignment);
   }
 }

@@ -81,7 +81,8 @@ class RollingTest : public GpuTest, public testing::WithParamInterface<std::uint
   static Scene rolling_scene(const SeededCase& given) {
     Scene scene = given.scene;
     scene.refresh = Refresh::kFrame;
-    scene.filter.steady = 0;  // there is no last volume to filter with
+    scene.filter.steady = 0;       // there is no last volume to filter with
+    scene.filter.seam_frames = 0;  // a whole cast knows no picture before it (seam_test.cpp)
     return scene;
   }
 };

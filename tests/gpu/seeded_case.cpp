@@ -270,7 +270,8 @@ void set_filter(Dice& dice, Scene::Filter& filter) {
             .step_mm = dice.between(0.5, 6),
             .islands = dice.one_in(2) ? dice.odd(3, 15) : 1,
             .holes = dice.one_in(2) ? dice.odd(3, 15) : 1,
-            .steady = dice.one_in(3) ? dice.between(0.1, 0.95) : 0};
+            .steady = dice.one_in(3) ? dice.between(0.1, 0.95) : 0,
+            .seam_frames = 0};
 }
 
 void set_light(Dice& dice, Scene& scene) {

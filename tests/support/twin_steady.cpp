@@ -381,6 +381,46 @@ TwinSteadyMap twin_single(const Scene& scene, PictureSize size, std::vector<doub
   return map;
 }
 
+TwinSteadyMap twin_seam(const TwinSteadyMap& now, const TwinSteadyMap& before, const FanGeometry& geometry,
+                        const std::vector<TwinNewFrame>& frames, double frame_step_rad) {
+  const SteadyFrame frame(now);
+  const SteadyFrame frame_before(before);
+  const glm::dmat3 to_before = glm::transpose(axes_of(frame_before.view));
+  const glm::dvec3 apart = as_vector(frame.view.origin_mm) - as_vector(frame_before.view.origin_mm);
+  const Motion still{.turn = to_before * axes_of(frame.view), .origin = to_before * apart};
+  TwinSteadyMap result = now;
+  if (frame.across == 0 || frame_before.across == 0) return result;
+  for (int row = frame.top; row <= frame.bottom; ++row) {
+    for (int column = frame.left; column <= frame.right; ++column) {
+      const std::size_t pixel = frame.index(column, row);
+      const double here = now.depth_mm[pixel];
+      if (here < 0) continue;
+      const glm::dvec3 local = frame.place({column, row}, here);
+      const auto component = [&](std::size_t axis) {
+        return frame.view.origin_mm[axis] + local.x * frame.view.right[axis] +
+               local.y * frame.view.down[axis] + local.z * frame.view.forward[axis];
+      };
+      const double angle_rad = geometry.fan_coordinate(component(1), component(2)).angle_rad;
+      double share = 0;
+      double share_before = 0;
+      for (const TwinNewFrame& each : frames) {
+        const double near = std::max(0.0, 1 - std::abs(angle_rad - each.angle_rad) / frame_step_rad);
+        share += near * each.share;
+        share_before += near * each.share_before;
+      }
+      if (share <= 0) continue;
+      const glm::dvec3 place = still.at(local);
+      const auto there = earlier_at(frame_before, before, frame_before.pixel(place));
+      if (!there) continue;
+      const double away = place.z - there->x;
+      const double ratio = away / now.scene.filter.step_mm;
+      result.depth_mm[pixel] =
+          here - std::min(share / share_before, 1.0) * std::max(1 - ratio * ratio, 0.0) * away;
+    }
+  }
+  return result;
+}
+
 TwinSteadyMap twin_steady(const TwinSteadyMap& now, const TwinSteadyMap& earlier) {
   const SteadyFrame frame(now);
   const SteadyFrame before(earlier);

@@ -65,11 +65,13 @@ const kNeeds: Readonly<Record<string, readonly Condition[]>> = {
     ["filter.size", "is above", 1],
   ],
   "filter.steady": [["refresh", "is", "volume"]],
+  "filter.seam_frames": [["refresh", "is", "frame"]],
   "filter.step_mm": [
     ["filter.kind", "is", "edge-preserving"],
     ["filter.islands", "is above", 1],
     ["filter.holes", "is above", 1],
     ["filter.steady", "is above", 0],
+    ["refresh", "is", "frame"],
     ["light.normals", "is", "central"],
     ["finish.outline", "is above", 0],
   ],

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mark over a picture whose surface is the mean of several volumes.
+// The mark over a picture whose surface is the mean of several volumes, or blended between two sweeps.
 import type { Picture } from "../generated/fanlight_pb.js";
 
-type Steadiness = Pick<Picture, "steadyShare" | "meanVolumes">;
+type Steadiness = Pick<Picture, "steadyShare" | "meanVolumes" | "seamFrames">;
 
 /** Less of the surface may be a stray match; a little is always newly seen. */
 const [kSome, kAll] = [0.1, 0.95];
 
 /** What the mark says; empty: nothing. */
-export function steadyText({ steadyShare, meanVolumes }: Steadiness): string {
+export function steadyText({ steadyShare, meanVolumes, seamFrames }: Steadiness): string {
+  if (seamFrames > 0) return `Sweeps blended over ${seamFrames} ${seamFrames === 1 ? "frame" : "frames"}`;
   const volumes = Math.round(meanVolumes);
   if (volumes < 2 || steadyShare < kSome) return "";
   return `${steadyShare < kAll ? `${5 * Math.round(20 * steadyShare)} % of the surface` : "Surface"} steady over ${volumes} volumes`;
@@ -34,6 +35,7 @@ export class SteadyMark {
     const text = steadyText({
       steadyShare: this.share.of(picture.steadyShare),
       meanVolumes: this.volumes.of(picture.meanVolumes),
+      seamFrames: picture.seamFrames,
     });
     if (this.mark.textContent !== text) this.mark.textContent = text;
     this.mark.hidden = text === "";

@@ -52,6 +52,7 @@ test("one of several reasons is enough", () => {
     ["filter.islands", 1],
     ["filter.holes", 1],
     ["filter.steady", 0],
+    ["refresh", 0],
     ["light.normals", 0],
     ["finish.outline", 0],
   ];
@@ -63,6 +64,7 @@ test("one of several reasons is enough", () => {
     ["filter.kind", 1],
     ["filter.holes", 3],
     ["filter.steady", 0.5],
+    ["refresh", 1],
     ["light.normals", 1],
     ["finish.outline", 3],
   ]) {
