@@ -12,6 +12,7 @@ const fields = [
   create(SceneFieldSchema, { name: "speckle.filter", choices: ["none", "box", "guided"] }),
   create(SceneFieldSchema, { name: "filter.kind", choices: ["mean", "edge-preserving"] }),
   create(SceneFieldSchema, { name: "light.normals", choices: ["three-neighbours", "central"] }),
+  create(SceneFieldSchema, { name: "refresh", choices: ["volume", "frame"] }),
 ];
 
 function missing(name: string, values: [string, Value][]): string | undefined {
