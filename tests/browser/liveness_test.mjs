@@ -113,7 +113,10 @@ test("a replay says so on its picture, and is paused, stepped and moved by its b
       await until("the end", told, (text) => text.endsWith("ended"));
       const state = await (await fetch(new URL("api/replay", server.url))).json();
       assert.deepEqual([state.state, state.speed, state.ending], ["ended", 2, "once"]);
-      await waitForNotice(viewer, /The recording has ended/);
+      await waitForNotice(viewer, /The recording has ended.*The last volume is still shown\./);
+      await waitForWord(viewer, "Replay ended");
+      assert.equal(await viewer.page.locator("#not-live").textContent(), "Replay ended");
+      assert.equal(await viewer.page.locator("#frame.stale, .frame.stale").count(), 0);
     },
     ["--ending", "loop"],
   );

@@ -57,7 +57,7 @@ export class ConditionView {
     write(word!, { connecting: "Connecting", open: stateWord(liveness), lost: "Lost" }[state]);
     write(age!, isOpen ? ageText(liveness.ageMs) : "");
     const isLive = isOpen && pictureShown && liveness.state === "live";
-    const isWanted = isOpen && pictureShown && ["replay", "frozen"].includes(liveness.state);
+    const isWanted = isOpen && pictureShown && ["replay", "ended", "frozen"].includes(liveness.state);
     frame.classList.toggle("stale", !isLive && !isWanted);
     notLive.hidden = isLive;
     write(notLive, markText(isOpen ? liveness : { ...liveness, state: "not-live" }));

@@ -10,7 +10,7 @@ const kDelayedMs = 3000; // after the last late picture
 const kThawMs = 3000; // until a new volume replaces a frozen one
 
 export interface LivenessNews {
-  state: "waiting" | "live" | "delayed" | "not-live" | "replay" | "frozen";
+  state: "waiting" | "live" | "delayed" | "not-live" | "replay" | "ended" | "frozen";
   /** From the capture of the volume shown to now; undefined without a picture, or while the clock is unknown. */
   ageMs: number | undefined;
   /** What keeps new pictures away: a title and a sentence; both empty where the picture is live. */
@@ -130,6 +130,9 @@ export class LivenessWatch {
       const detail = cause ? (sentence ?? "").replace(/^The (picture|replay of a recording) is frozen\. ?/, "") : "";
       return { state: "frozen", ageMs: isReplay ? undefined : ageMs, title, detail, ...(isReplay && { isReplay }) };
     }
+    // The last picture of a recording is no less true after its end.
+    if (cause === Liveness_Cause.SOURCE_ENDED && this.isReplay && shown)
+      return { state: "ended", ageMs: undefined, title: kTitles[cause], detail: "The last volume is still shown." };
     if (cause) {
       const title = kTitles[cause] || "No new pictures";
       return { ...still, title, detail: withoutTitle(sentence ?? "", title) };
@@ -167,6 +170,7 @@ const kWords: Record<LivenessNews["state"], string> = {
   delayed: "Delayed",
   "not-live": "Lost",
   replay: "Replay",
+  ended: "Replay ended",
   frozen: "Frozen",
 };
 

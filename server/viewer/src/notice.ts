@@ -52,8 +52,7 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
   // The amber word and the age say that it is delayed; why is in the word's tooltip.
   if (liveness.title && liveness.state !== "delayed") {
     const still = pictureShown && liveness.state === "not-live" ? " The last volume is still shown." : "";
-    const kind = ["live", "replay", "frozen"].includes(liveness.state) ? "error" : "not-live";
-    return { kind, title: liveness.title, detail: (liveness.detail + still).trim() };
+    return { kind: noticeKind(liveness.state), title: liveness.title, detail: (liveness.detail + still).trim() };
   }
   // Few frames are a property of the protocol: the status line has them.
   const warnings = (condition.warnings ?? []).filter(({ name }) => name !== "sparse");
@@ -67,6 +66,11 @@ export function noticeFor(condition: Condition): NoticeText | undefined {
   if (!pictureShown)
     return { kind: "waiting", title: "No picture yet", detail: `Waiting for a volume from ${source}.` };
   return undefined;
+}
+
+function noticeKind(state: LivenessNews["state"]): NoticeText["kind"] {
+  if (state === "ended") return "waiting";
+  return ["live", "replay", "frozen"].includes(state) ? "error" : "not-live";
 }
 
 function probeLost(since: LostSince | undefined, trouble: string | undefined): NoticeText {

@@ -77,6 +77,14 @@ test("a live picture says where its frames come from, where that is no known pro
   assert.equal(wordOf(Liveness_Origin.SIMULATED), "Simulated");
 });
 
+test("the last picture of a recording is not lost after its end", () => {
+  const watch = watchAt(1000);
+  watch.tell({ ...told(Liveness_State.NOT_LIVE, Liveness_Cause.SOURCE_ENDED), origin: Liveness_Origin.RECORDING });
+  const { state, title, detail } = watch.news(1000);
+  assert.deepEqual([state, title, detail], ["ended", "The recording has ended", "The last volume is still shown."]);
+  assert.equal(markText(watch.news(1000)), "Replay ended");
+});
+
 test("a sentence does not say again what its title says", () => {
   const watch = watchAt(1000);
   const detail = (cause: Liveness_Cause, sentence: string) => {
