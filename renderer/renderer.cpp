@@ -423,7 +423,10 @@ VolumeInFlight::Earlier Renderer::earlier_than(const SlotState& state) const {
 
 /// The view of the slot's own last picture, where frames are replaced one by one.
 VolumeInFlight::Earlier Renderer::picture_before(const SlotState& state) const {
-  if (!replaces_frames() || state.filtered_volume_id == 0) return std::nullopt;
+  const bool is_newest = &state == slots_[newest_].get();  // the other one's map is overwritten
+  if (!is_newest || !replaces_frames() || state.filtered_volume_id == 0 ||
+      !differs_in_view_alone(state.filtered_view, state.cast_scene.scene))
+    return std::nullopt;
   return earlier_map(state.filtered_view, config_.size, state.cast_scene.scene, true);
 }
 
@@ -586,12 +589,7 @@ Result<void> Renderer::observe() {
   }
   pace_ = watchdog_.observe(lanes, now_ns());
   if (pace_ == Watchdog::Pace::kHung) {
-    const double limit_s = static_cast<double>(watchdog_.hung_after_ns()) / 1e9;
-    devices_.note_fault(
-        Gpu::Condition::kHung,
-        {ErrorCode::kLost, fmt::format("the GPU has not finished a submission for {:.0f} s, expected it "
-                                       "within a few times the longest before",
-                                       limit_s)});
+    devices_.note_fault(Gpu::Condition::kHung, not_finished_for(watchdog_.hung_after_ns()));
   }
   const Error* const known = devices_.fault();
   return known == nullptr ? Result<void>{} : *known;

@@ -37,4 +37,10 @@ Result<void> as_breakage(Result<void> done) {
   return Error{ErrorCode::kBroken, done.error().message};
 }
 
+Error not_finished_for(std::int64_t time_ns) {
+  return {ErrorCode::kLost, fmt::format("the GPU has not finished a submission for {:.0f} s, expected it "
+                                        "within a few times the longest before",
+                                        static_cast<double>(time_ns) / 1e9)};
+}
+
 }  // namespace fanlight

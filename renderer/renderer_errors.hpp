@@ -25,4 +25,7 @@ bool is_breakage(const Error& error);
 /// An error after a volume was taken is no refusal of it.
 Result<void> as_breakage(Result<void> done);
 
+/// A submission that the GPU has not finished for that time.
+Error not_finished_for(std::int64_t time_ns);
+
 }  // namespace fanlight

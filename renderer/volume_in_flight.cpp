@@ -253,10 +253,24 @@ Result<void> VolumeInFlight::complete(const Volume& volume, const EchoLevels& le
     same_angles &= angles_rad_[frame_index] == volume.angles_rad()[order[frame_index]];
   }
   changed_beyond_ |= !same_angles || levels != levels_ || near_tissue != near_tissue_;
-  const NewFrames kept = new_frames_;  // the last ones are still blended
+  // The last frames are still blended, and so are those that come with the volume only.
+  if (same_layout && new_frames_.count() > 0) add_missing_frames(volume);
+  const NewFrames kept = same_layout ? new_frames_ : NewFrames{};
   auto loaded = load(volume, levels, near_tissue);
   new_frames_ = kept;
   return loaded;
+}
+
+/// Notes the frames of the volume that replace() did not get as new ones, in the order of their arrival.
+void VolumeInFlight::add_missing_frames(const Volume& volume) {
+  const auto order = volume.by_angle();
+  const auto angles_rad = volume.angles_rad();
+  for (std::uint32_t arrival = 0; arrival < volume.stamp().frames; ++arrival) {
+    const auto at = std::ranges::lower_bound(order, angles_rad[arrival], {},
+                                             [&](std::uint32_t index) { return angles_rad[index]; });
+    const auto frame_index = static_cast<std::uint32_t>(at - order.begin());
+    if (!frames_.holds(frame_index, volume.commit_numbers()[arrival])) new_frames_.add(angles_rad[arrival]);
+  }
 }
 
 Result<void> VolumeInFlight::recast(const Scene& scene) {

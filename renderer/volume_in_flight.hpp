@@ -23,7 +23,8 @@ namespace fanlight {
 
 /// All GPU resources of one volume in flight. Owns its frames, its angle table, and the main view of it: a
 /// CastPass and a LightPass. Two volumes may be in flight. They share one thing: the temporal filter of each
-/// reads the last depth map of the other, on the queue that runs both filters. Render thread only.
+/// reads the last depth map of the other, on the queue that runs both filters. Where frames are replaced one
+/// by one, that map holds the slot's own last one. Render thread only.
 ///
 /// The LightPass may have a device of its own: the host then copies the depth map to it (decision
 /// renderer/010). Else it reads the map where it is.
@@ -232,6 +233,7 @@ class VolumeInFlight {
   void bind_cast();
   void mark_changed(std::uint32_t frame_index);
   void update_angles();
+  void add_missing_frames(const Volume& volume);
 
   PassDevice device_;
   Config config_;

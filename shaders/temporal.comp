@@ -84,15 +84,18 @@ float left_of_last_sweep(vec3 place) {
   return min(now / max(before, 1e-6), 1.0);
 }
 
-// The depth between those of the last sweep and of the new one. The less, the farther these lie apart: at
-// `same_surface` they are two surfaces.
+// Depths of two sweeps that differ by more are of two surfaces, such as the side of a nose and a cheek, mm.
+const float kMostSweepsApart = 5.0;
+
+// The depth between those of the last sweep and of the new one. The less of the former, the farther they lie
+// apart.
 vec2 blended(ivec2 pixel, float now) {
   vec3 local = place_at(steady.now, vec2(pixel), now);
   vec3 place = steady.origin + local.x * steady.right + local.y * steady.down + local.z * steady.forward;
   bool same_view = steady.seam.same_view != 0;
   float before = same_view ? earlier_map[index_of(pixel)].x : earlier_at(pixel_at(steady.earlier, place)).x;
   float away = (same_view ? now : place.z) - before;
-  float ratio = away / lighting.same_surface;
+  float ratio = away / min(lighting.same_surface, kMostSweepsApart);
   float similarity = in_view(pixel) && before >= 0.0 ? max(1.0 - ratio * ratio, 0.0) : 0.0;
   return vec2(now - left_of_last_sweep(local) * similarity * away, 1.0);
 }

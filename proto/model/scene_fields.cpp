@@ -309,11 +309,10 @@ const SceneField kFields[] = {
         "share of earlier volumes in a running mean of the depth map, moved with the body; "
         "0.8: as of 5 volumes",
         0, 0.95, 0, FirstPass::kFilter),
-    row<MEMBER(filter.seam_frames)>("filter.seam_frames", "frames",
-                                    "with refresh frame: over how many the surface of a new sweep takes the "
-                                    "place of the last one's; 0: at "
-                                    "once",
-                                    0, 16, 1, FirstPass::kFilter),
+    row<MEMBER(filter.seam_frames)>(
+        "filter.seam_frames", "frames",
+        "over which a new sweep's surface replaces the last one's, with refresh frame; 0: at once", 0, 16, 1,
+        FirstPass::kFilter),
     choice<MEMBER(light.kind)>("light.kind", "at a point, or so far away that its rays are parallel",
                                FirstPass::kLight, kLightKinds),
     row<MEMBER(light.right_mm)>(

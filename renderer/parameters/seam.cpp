@@ -42,15 +42,18 @@ shaders::SeamParameters seam_parameters(const MapPlace& now, const Seam& seam, i
                              .angles = {},
                              .shares = {},
                              .shares_before = {}};
-  const std::uint64_t came = seam.frames.count() - count_before;
+  // A turned view reads the map before between its pixels: without new frames too its share falls, so that it
+  // is not blurred again and again.
+  const std::uint64_t came = std::max<std::uint64_t>(seam.frames.count() - count_before, 1 - to.same_view);
   for (const double angle_rad : seam.frames.angles_rad()) {
     const auto newer = static_cast<std::uint64_t>(to.frames);
     const double share = share_of_last_sweep(newer, seam_frames);
     if (share <= 0) break;
     to.angles[newer] = static_cast<float>(angle_rad);
     to.shares[newer] = static_cast<float>(share);
+    const bool was_old = newer < seam.frames.count() - count_before;
     to.shares_before[newer] =
-        newer < came ? 1.0F : static_cast<float>(share_of_last_sweep(newer - came, seam_frames));
+        was_old ? 1.0F : static_cast<float>(share_of_last_sweep(newer - std::min(newer, came), seam_frames));
     ++to.frames;
   }
   return to;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <initializer_list>
 #include <string_view>
 
 #include "renderer/parameters/view_frame.hpp"
@@ -37,15 +38,24 @@ shaders::MapView map_view(const MapPlace& place) {
           .cells_down = (down + side - 1) / side};
 }
 
+/// Whether all fields whose names begin so are equal.
+bool are_equal(const Scene& first, const Scene& second, std::initializer_list<std::string_view> names) {
+  return std::ranges::all_of(scene_fields(), [&](const SceneField& field) {
+    const bool counts =
+        std::ranges::any_of(names, [&](std::string_view name) { return field.name.starts_with(name); });
+    return !counts || field.same(first, second);
+  });
+}
+
 }  // namespace
 
 bool finds_same_surface(const Scene& first, const Scene& second) {
-  constexpr std::string_view kDeciding[] = {"detector.", "speckle.", "near.", "rays.step_mm", "rays.window"};
-  return std::ranges::all_of(scene_fields(), [&](const SceneField& field) {
-    const bool decides =
-        std::ranges::any_of(kDeciding, [&](std::string_view name) { return field.name.starts_with(name); });
-    return !decides || field.same(first, second);
-  });
+  return are_equal(first, second, {"detector.", "speckle.", "near.", "rays.step_mm", "rays.window"});
+}
+
+bool differs_in_view_alone(const Scene& first, const Scene& second) {
+  return finds_same_surface(first, second) && first.size == second.size &&
+         are_equal(first, second, {"rays.", "crop.", "cuts.", "clip1.", "clip2."});
 }
 
 std::optional<EarlierMap> earlier_map(const Scene& mapped, PictureSize usual, const Scene& scene,

@@ -26,6 +26,9 @@ struct EarlierMap {
 /// tissue and samples along rays. What one of them cuts away, the maps themselves tell.
 bool finds_same_surface(const Scene& first, const Scene& second);
 
+/// Whether the maps of two scenes differ in the view only: the same is cut away, and rays are as dense.
+bool differs_in_view_alone(const Scene& first, const Scene& second);
+
 /// The map that was cast by `mapped` and filtered, for a map that is cast by `scene`; absent where that finds
 /// the surface elsewhere. `usual`: size of scenes that have none.
 std::optional<EarlierMap> earlier_map(const Scene& mapped, PictureSize usual, const Scene& scene,

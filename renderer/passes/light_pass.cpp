@@ -303,9 +303,10 @@ Result<void> LightPass::begin(const Scene& scene, const Earlier& earlier, const 
   steps_.clear();
   steady_steps_ = 0;
   is_first_of_cast_ = is_new_cast_;
-  const bool filters = is_new_input_ || filter_ != scene.filter;
+  const bool ends_seam = seam == nullptr && filtered_temporal_ == FANLIGHT_TEMPORAL_SEAM;
+  const bool filters = is_new_input_ || filter_ != scene.filter || ends_seam;
   // Without the filter the maps stay those of the last one, whatever it would be now.
-  const int temporal = filters ? take_earlier(scene, earlier, seam) : maps_due_.temporal;
+  const int temporal = filters ? take_earlier(scene, earlier, seam) : filtered_temporal_;
   if (!filters) parameters.confidence_counts = filtered_.confidence_counts;
   choose_regions(scene, temporal, parameters);
   memory_.parameters.mapped_as<shaders::LightParameters>() = parameters;
@@ -427,7 +428,10 @@ Result<void> LightPass::submit(std::size_t end_step) {
   if (auto submitted = recorder_.submit(recorder_.gpu().light_queue(), written_); !submitted)
     return submitted;
   maps_to_copy_ = nullptr;
-  if (steps_.next() == 0 && steady_steps_ > 0) new_frames_ = new_frames_due_;
+  if (steps_.next() == 0 && steady_steps_ > 0) {
+    new_frames_ = new_frames_due_;
+    filtered_temporal_ = maps_due_.temporal;
+  }
   steps_.submit_until(end_step);
   if (!last) return {};
   // Only now: after an error, or where the picture was given up, the next one does all of it.

@@ -163,8 +163,9 @@ class LightPass {
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 
   // Of the rolling sweep. The map of steady() has this many of its frames, and the ones that change are due.
-  VkBuffer followed_ = VK_NULL_HANDLE;  // of follow()
-  std::size_t map_before_pixels_ = 0;   // of steady()
+  VkBuffer followed_ = VK_NULL_HANDLE;               // of follow()
+  std::size_t map_before_pixels_ = 0;                // of steady()
+  int filtered_temporal_ = FANLIGHT_TEMPORAL_ALONE;  // how steady() was made
   std::uint64_t new_frames_ = 0;
   std::uint64_t new_frames_due_ = 0;
   bool motor_turned_ = false;  // among the frames that are blended
@@ -173,7 +174,7 @@ class LightPass {
     PixelRect part;
     std::uint64_t new_frames = 0;
   };
-  std::array<ChangedPart, FANLIGHT_MOST_SEAM_FRAMES> changed_parts_{};
+  std::array<ChangedPart, FANLIGHT_MOST_SEAM_FRAMES + 1> changed_parts_{};
 
   // Of the picture under way.
   PictureSize size_;

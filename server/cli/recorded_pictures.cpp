@@ -78,8 +78,9 @@ class RecordedPictures {
       }
       if (steady_ > 0) {
         fmt::print(
-            "{} of them with filter.steady above 0 or near tissue removed: they may differ from what was "
-            "shown\n",
+            "{} of them with filter.steady above 0, refresh frame or near tissue removed: they may differ "
+            "from "
+            "what was shown\n",
             steady_);
       }
     }
@@ -127,7 +128,8 @@ class RecordedPictures {
     const auto made = render_once(*renderer_, volume);
     if (!made) return made.error();
     const bool removes = scene->second.near.is_removed();
-    if (scene->second.filter.steady > 0 || removes) ++steady_;
+    const bool blends = scene->second.refresh == Refresh::kFrame && scene->second.filter.seam_frames > 0;
+    if (scene->second.filter.steady > 0 || removes || blends) ++steady_;
     ++rendered_;
     return write_picture(numbered_file(options_.out, picture.picture_id, 6), *made, {});
   }

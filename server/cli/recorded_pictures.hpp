@@ -17,10 +17,10 @@ struct RecordedPicturesOptions {
 };
 
 /// Renders the pictures that displays saw while a recording was made, by the notes next to it
-/// (picture_note.hpp): on the same device the same pixels, except where filter.steady is above 0, which also
-/// takes the pictures before. Prints how many there are, and how many cannot be rendered again, with the
-/// reason. Errors: kNotFound: there are no notes, or none of the pictures can be rendered; those of the
-/// recording and the GPU.
+/// (picture_note.hpp): on the same device the same pixels, except where filter.steady is above 0, near tissue
+/// is removed, or refresh is frame: these also take the pictures before. Prints how many there are, and how
+/// many cannot be rendered again, with the reason. Errors: kNotFound: there are no notes, or none of the
+/// pictures can be rendered; those of the recording and the GPU.
 Result<void> render_recorded_pictures(const RecordedPicturesOptions& options);
 
 }  // namespace fanlight

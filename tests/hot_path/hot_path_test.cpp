@@ -164,6 +164,24 @@ TEST(HotPathTest, IsQuietWhereVolumesComeLive) {
   expect_quiet_hot_path(**source, RingPolicy::kNewestWins);
 }
 
+TEST(HotPathTest, IsQuietWhereFramesReplaceThoseOfTheLastSweep) {
+  auto source =
+      PhantomSource::create({.frame_rate_hz = 60, .frames_per_volume = 16, .columns = 64, .rows = 64});
+  ASSERT_TRUE(source) << source.error().message;
+  PipelineFixture fixture(**source, RingPolicy::kNewestWins);
+  Scene scene = fixture.suggested();
+  scene.refresh = Refresh::kFrame;
+  warm_up(fixture, {scene});
+  fixture.make_hot();
+  bool blends = false;
+  for (std::uint64_t pictures = 0; pictures < 100; ++pictures) {
+    blends |= fixture.next_picture().stamp.seam_frames > 0;
+    scene.light.right_mm = static_cast<double>(pictures);
+    if (pictures % 10 == 0) fixture.show(scene);
+  }
+  EXPECT_TRUE(blends);
+}
+
 TEST(HotPathTest, IsQuietWhileFramesAreRecorded) {
   const TemporaryFolder folder;
   auto source = PhantomSource::create(kLive);

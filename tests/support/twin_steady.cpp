@@ -413,7 +413,7 @@ TwinSteadyMap twin_seam(const TwinSteadyMap& now, const TwinSteadyMap& before, c
       const auto there = earlier_at(frame_before, before, frame_before.pixel(place));
       if (!there) continue;
       const double away = place.z - there->x;
-      const double ratio = away / now.scene.filter.step_mm;
+      const double ratio = away / std::min(now.scene.filter.step_mm, 5.0);
       result.depth_mm[pixel] =
           here - std::min(share / share_before, 1.0) * std::max(1 - ratio * ratio, 0.0) * away;
     }

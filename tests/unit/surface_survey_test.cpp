@@ -220,14 +220,14 @@ Volume head_before_wall(const Head& head, bool casts_shadow, std::uint32_t seed,
   });
 }
 
-/// Of 20 heads: found as bodies; and bodies that are no heads.
+/// Of these heads: found as bodies; and bodies that are no heads.
 struct HeadsFound {
   int heads = 0;
   int others = 0;
 };
-HeadsFound heads_found(const Levels& levels) {
+HeadsFound heads_found(const Levels& levels, std::uint32_t heads = 20) {
   HeadsFound found;
-  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+  for (std::uint32_t seed = 0; seed < heads; ++seed) {
     std::mt19937 bits(seed);
     const Head head{.centre = {between(bits, -10, 10), between(bits, 55, 65), between(bits, -10, 10)},
                     .radii = {between(bits, 18, 26), between(bits, 18, 26), between(bits, 22, 30)},
@@ -252,6 +252,10 @@ TEST(SurfaceSurveyTest, PrefersABodyInFluidToTheWallBehindIt) {
     EXPECT_GE(found.heads, 19) << levels.wall;
     EXPECT_EQ(found.others, 0) << levels.wall;
   }
+}
+
+TEST(SurfaceSurveyTest, FindsABodyBeforeAWall) {
+  EXPECT_EQ(heads_found({}, 1).heads, 1);
 }
 
 TEST(SurfaceSurveyTest, TakesALumpInTissueForNoBody) {
