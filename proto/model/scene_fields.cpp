@@ -311,8 +311,8 @@ const SceneField kFields[] = {
         0, 0.95, 0, FirstPass::kFilter),
     row<MEMBER(filter.seam_frames)>(
         "filter.seam_frames", "frames",
-        "over which a new sweep's surface replaces the last one's, with refresh frame; 0: at once", 0, 16, 1,
-        FirstPass::kFilter),
+        "frames over which a new sweep's surface replaces the last one's, with refresh frame; 0: at once", 0,
+        16, 1, FirstPass::kFilter),
     choice<MEMBER(light.kind)>("light.kind", "at a point, or so far away that its rays are parallel",
                                FirstPass::kLight, kLightKinds),
     row<MEMBER(light.right_mm)>(

@@ -11,10 +11,10 @@ namespace fanlight {
 
 namespace {
 
-constexpr double kAroundRegionMm = 4;  // thickness of what counts as wall
-constexpr double kMeanOverMm = 1;      // of each mean
-constexpr double kLeastShare = 0.35;   // of a direction's level to that of all
-constexpr double kMostShare = 4;
+constexpr double kAroundRegionMm = 4;      // thickness of what counts as wall
+constexpr double kMeanOverMm = 1;          // of each mean
+constexpr double kLeastLevelRatio = 0.35;  // of a direction's level to that of all
+constexpr double kMostLevelRatio = 4;
 constexpr std::size_t kDirections = 26;
 
 struct Direction {
@@ -125,8 +125,8 @@ double flatten_wall(EchoGrid& grid, const Cells& region) {
   if (all <= 0) return 0;
   std::array<float, kDirections> levels{};
   for (std::size_t direction = 0; direction < kDirections; ++direction)
-    levels[direction] =
-        static_cast<float>(std::clamp(peak(profiles[direction]), kLeastShare * all, kMostShare * all));
+    levels[direction] = static_cast<float>(
+        std::clamp(peak(profiles[direction]), kLeastLevelRatio * all, kMostLevelRatio * all));
   const auto flat = static_cast<float>(1 / all);
   for (std::size_t index = 0; index < grid.levels.size(); ++index) {
     const bool is_near = region[index] != 0 || (steps[index] > 0 && steps[index] < most_steps);

@@ -78,9 +78,8 @@ class RecordedPictures {
       }
       if (steady_ > 0) {
         fmt::print(
-            "{} of them with filter.steady above 0, refresh frame or near tissue removed: they may differ "
-            "from "
-            "what was shown\n",
+            "{} of them with filter.steady above 0, refresh frame or near tissue removed: they may "
+            "differ from what was shown\n",
             steady_);
       }
     }

@@ -14,13 +14,7 @@
 namespace fanlight::test::seam_tests {
 namespace {
 
-const FanGeometry kGeometry{.columns = 96,
-                            .rows = 96,
-                            .pixel_width_mm = 0.8,
-                            .pixel_height_mm = 0.8,
-                            .face_column = 47.5,
-                            .face_row = 0,
-                            .motor_radius_mm = 30};
+constexpr const FanGeometry& kGeometry = kMapFan;
 constexpr PictureSize kPicture{.width = 120, .height = 110};
 constexpr std::uint32_t kFrames = 41;
 constexpr double kStepRad = radians(1.3);

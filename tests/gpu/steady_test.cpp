@@ -13,13 +13,7 @@
 namespace fanlight::test::steady_tests {
 namespace {
 
-const FanGeometry kGeometry{.columns = 96,
-                            .rows = 96,
-                            .pixel_width_mm = 0.8,
-                            .pixel_height_mm = 0.8,
-                            .face_column = 47.5,
-                            .face_row = 0,
-                            .motor_radius_mm = 30};
+constexpr const FanGeometry& kGeometry = kMapFan;
 constexpr PictureSize kPicture{.width = 150, .height = 110};
 constexpr double kShare = 0.8;  // five volumes
 

@@ -19,6 +19,15 @@ inline constexpr FanGeometry kSmallFan{.columns = 48,
                                        .face_row = 0,
                                        .motor_radius_mm = 30};
 
+/// One of finer pixels, for maps that are compared by tenths of a millimetre.
+inline constexpr FanGeometry kMapFan{.columns = 96,
+                                     .rows = 96,
+                                     .pixel_width_mm = 0.8,
+                                     .pixel_height_mm = 0.8,
+                                     .face_column = 47.5,
+                                     .face_row = 0,
+                                     .motor_radius_mm = 30};
+
 /// A volume whose frames sample `grey`, a function of a point in the transducer frame; its values are clamped
 /// to 0 to 255 and rounded. The frames are added in the order of `angles_rad` and then sorted by angle.
 inline Volume made_volume(const FanGeometry& geometry, std::span<const double> angles_rad,
