@@ -198,8 +198,8 @@ BodyScene::Poses BodyScene::poses_at(double time_s) const {
                            .pitch_rad = rest_.pitch_rad + moved(0.03, 5.3, 0.3),
                            .roll_rad = rest_.roll_rad + moved(0.03, 9.1, 0.1)},
                           rest_mm + breath);
-  const vec3 cheek_offset(28 + moved(2.5, 4.7, 0.6), 30 + moved(1.5, 3.9, 0), -52 + moved(4, 4.3, 0.1));
-  poses[1] = facing_probe({.yaw_rad = 0.75 + moved(0.12, 4.1, 0.7),
+  const vec3 cheek_offset(34 + moved(2.5, 4.7, 0.6), 30 + moved(1.5, 3.9, 0), -52 + moved(4, 4.3, 0.1));
+  poses[1] = facing_probe({.yaw_rad = 0.15 + moved(0.12, 4.1, 0.7),
                            .pitch_rad = -0.1 + moved(0.1, 3.7, 0.2),
                            .roll_rad = -0.25 + moved(0.12, 4.9, 0.5)},
                           rest_mm + cheek_offset);

@@ -152,12 +152,12 @@ float finger(const vec3& at, const Finger& of, float bend_rad) {
     return vec3(x, from.y - length_mm * std::sin(angle_rad), from.z + length_mm * std::cos(angle_rad));
   };
   const vec3 knuckle(of.base_x, 0.8F, 10 - 0.015F * of.base_x * of.base_x);
-  const vec3 second = bone(knuckle, 1.12F * of.base_x, of.first_mm, bend_rad);
-  const vec3 third = bone(second, 1.16F * of.base_x, 0.62F * of.first_mm, 1.75F * bend_rad + 0.25F);
-  const vec3 tip = bone(third, 1.16F * of.base_x, 0.42F * of.first_mm, 2.25F * bend_rad + 0.35F);
-  float made = limb(at, knuckle, second, 3.7F, 3.2F);
-  made = joined(made, limb(at, second, third, 3.2F, 2.9F), 1);
-  return joined(made, limb(at, third, tip, 2.9F, 2.5F), 1);
+  const vec3 second = bone(knuckle, 1.3F * of.base_x, of.first_mm, bend_rad);
+  const vec3 third = bone(second, 1.5F * of.base_x, 0.62F * of.first_mm, 1.75F * bend_rad + 0.25F);
+  const vec3 tip = bone(third, 1.6F * of.base_x, 0.42F * of.first_mm, 2.25F * bend_rad + 0.35F);
+  float made = limb(at, knuckle, second, 3.3F, 2.8F);
+  made = joined(made, limb(at, second, third, 2.8F, 2.6F), 1);
+  return joined(made, limb(at, third, tip, 2.6F, 2.3F), 1);
 }
 
 }  // namespace
@@ -174,14 +174,16 @@ float fetal_head_mm(const vec3& at_mm) {
 }
 
 float fetal_hand_mm(const vec3& at_mm) {
-  constexpr Finger kFingers[] = {{-9.2F, 10}, {-3.2F, 12.5F}, {3.0F, 13}, {8.8F, 11.5F}};
+  constexpr Finger kFingers[] = {{-9.9F, 10.5F}, {-3.4F, 13}, {3.2F, 13.5F}, {9.6F, 12}};
   float made = ellipsoid(at_mm, {0, 0, 0}, {12.5F, 6, 13});
   made = joined(made, limb(at_mm, {0, 0, -8}, {2, -4, -60}, 8.5F, 12), 8);  // forearm
   float bend_rad = 0.53F;
+  float fingers = 1e9F;
   for (const Finger& each : kFingers) {
-    made = joined(made, finger(at_mm, each, bend_rad), 2.2F);
+    fingers = std::min(fingers, finger(at_mm, each, bend_rad));
     bend_rad -= 0.04F;
   }
+  made = joined(made, fingers, 2.2F);
   const float thumb = joined(limb(at_mm, {10, -2, -4}, {17, -5, 4}, 4.6F, 3.7F),
                              limb(at_mm, {17, -5, 4}, {18.5F, -8, 13}, 3.6F, 2.9F), 1.5F);
   return joined(made, thumb, 4);
@@ -195,7 +197,7 @@ float umbilical_cord_mm(const vec3& at_mm) {
   for (int point = 0; point <= kPoints; ++point) {
     const float share = static_cast<float>(point) / kPoints;
     const vec3 middle(-52 + 70 * share, 18 - 20 * share + 10 * std::sin(5 * share),
-                      -48 - 18 * share + 12 * std::sin(3.1F * share));
+                      -55 - 18 * share + 10 * std::sin(3.1F * share));
     const float twist = kTwistRad * share;
     const vec3 strand(1.2F * std::sin(twist), 3.0F * std::sin(twist), 3.0F * std::cos(twist));
     nearest =

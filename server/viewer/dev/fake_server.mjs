@@ -65,6 +65,7 @@ const http = createServer((request, response) => {
   if (command) {
     command();
     tellProbe();
+    tellLiveness();
     return response.writeHead(204).end();
   }
   const [name, type] = pages[request.url] ?? [];
@@ -91,6 +92,7 @@ streams.on("connection", (socket) => {
     defaultScene: message(defaults),
   });
   if (probe) tell(socket, "probeStatus", probe.status());
+  tell(socket, "liveness", livenessNow());
   if (newestPicture) offer(socket, newestPicture);
 });
 
@@ -194,9 +196,13 @@ function livenessNow() {
     : { state: volumeId > 0n ? 1 : 0, sentence: "The picture is live.", ageS: age_s, picturesPerSecond: 10, limitS: 2 };
 }
 
+function tellLiveness() {
+  for (const socket of sessions.keys()) tell(socket, "liveness", livenessNow());
+}
+
 function tellStatistics() {
+  tellLiveness();
   for (const [socket, { offered, sent }] of sessions) {
-    tell(socket, "liveness", livenessNow());
     tell(socket, "statistics", {
       serverTimeNs: process.hrtime.bigint(),
       framesReceived: volumeId * kFramesPerVolume,
