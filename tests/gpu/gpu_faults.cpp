@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <chrono>
 #include <condition_variable>
 #include <limits>
 #include <map>
@@ -29,6 +30,8 @@ struct Submission {
 struct Injector {
   std::mutex mutex;
   std::condition_variable cleared;
+  std::condition_variable instance_gone;
+  int instances = 0;
   std::array<GpuFault, static_cast<std::size_t>(GpuCall::kCalls)> faults;
   std::array<std::uint64_t, static_cast<std::size_t>(GpuCall::kCalls)> calls{};
   std::uint64_t happened = 0;
@@ -134,6 +137,17 @@ std::uint64_t gpu_calls(GpuCall call) {
   return injector().calls[static_cast<std::size_t>(call)];
 }
 
+void wait_for_gpu_instances(int most) {
+  Injector& all = injector();
+  std::unique_lock lock(all.mutex);
+  all.instance_gone.wait_for(lock, std::chrono::seconds(20), [&] { return all.instances <= most; });
+}
+
+int gpu_instances() {
+  const std::scoped_lock lock(injector().mutex);
+  return injector().instances;
+}
+
 std::optional<VkResult> injected_result(VkDevice device, GpuCall call) {
   Injector& all = injector();
   const std::scoped_lock lock(all.mutex);
@@ -157,6 +171,24 @@ using fanlight::test::lose;
 using fanlight::test::next;
 
 extern "C" {
+
+VKAPI_ATTR VkResult VKAPI_CALL vkCreateInstance(const VkInstanceCreateInfo* info,
+                                                const VkAllocationCallbacks* callbacks,
+                                                VkInstance* instance) {
+  static const auto create = next<PFN_vkCreateInstance>("vkCreateInstance");
+  const VkResult result = create(info, callbacks, instance);
+  const std::scoped_lock lock(injector().mutex);
+  if (result == VK_SUCCESS) ++injector().instances;
+  return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL vkDestroyInstance(VkInstance instance, const VkAllocationCallbacks* callbacks) {
+  static const auto destroy = next<PFN_vkDestroyInstance>("vkDestroyInstance");
+  destroy(instance, callbacks);
+  const std::scoped_lock lock(injector().mutex);
+  --injector().instances;
+  injector().instance_gone.notify_all();
+}
 
 VKAPI_ATTR VkResult VKAPI_CALL vkCreateDevice(VkPhysicalDevice physical, const VkDeviceCreateInfo* info,
                                               const VkAllocationCallbacks* callbacks, VkDevice* device) {
