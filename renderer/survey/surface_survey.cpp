@@ -26,8 +26,9 @@ constexpr double kMostFluid = 0.3;
 constexpr double kLeastStepOfBody = 0.4;
 // Deviations of the speckle: 17 dB. A lump in tissue has less.
 constexpr double kLeastStepOverSpeckle = 3;
-// Of its border, the share before other sheets, less that behind them. Bodies have 0.3 to 0.7.
-constexpr double kLeastBefore = 0.22;
+// Of its border, the share before other sheets, less that behind them. Bodies have 0.17 to 0.7, the less the
+// more limbs lie before them. Others have 0.04 at most, as far as the limits below do not refuse them.
+constexpr double kLeastBefore = 0.12;
 // Of its border, where the fan ends. Bodies have up to 0.2; a ledge or a membrane over half of the fan, 0.6.
 constexpr double kMostAtFan = 0.4;
 // Its border within the fan, of that of a square of its area. Bodies have 0.9 to 1.45; layers with gaps, 1.8.
