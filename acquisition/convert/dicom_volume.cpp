@@ -10,6 +10,8 @@
 
 #include <array>
 #include <ctime>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,8 @@ std::string decimal(double value) {
   return fmt::format("{:.9g}", value);
 }
 
-void add_study(DicomFields& fields, const std::string& now, const std::string& acquired) {
+void add_study(DicomFields& fields, const std::string& now, const std::string& acquired,
+               const DicomSource& source) {
   for (const DcmTagKey& key : {DCM_PositionReferenceIndicator, DCM_AcquisitionContextSequence, DCM_Laterality,
                                DCM_PatientOrientation})
     fields.empty(key);
@@ -40,8 +43,13 @@ void add_study(DicomFields& fields, const std::string& now, const std::string& a
   fields.text(DCM_InstanceNumber, "1");
   fields.text(DCM_Modality, "US");
   constexpr std::size_t kDateDigits = 8;
-  fields.text(DCM_StudyDate, acquired.substr(0, kDateDigits));
-  fields.text(DCM_StudyTime, acquired.substr(kDateDigits));
+  if (source.study_began_utc_s == 0) {
+    for (const DcmTagKey& key : {DCM_StudyDate, DCM_StudyTime}) fields.empty(key);
+  } else {
+    const std::string began = source.study_began_utc_s ? date_time(*source.study_began_utc_s) : acquired;
+    fields.text(DCM_StudyDate, began.substr(0, kDateDigits));
+    fields.text(DCM_StudyTime, began.substr(kDateDigits));
+  }
   fields.text(DCM_ContentDate, now.substr(0, kDateDigits));
   fields.text(DCM_ContentTime, now.substr(kDateDigits));
   fields.text(DCM_AcquisitionDateTime, acquired);
@@ -154,8 +162,10 @@ void add_groups(DicomFields& fields, const GridVolume& grid, const std::string& 
   }
 }
 
+using Sink = std::function<Result<void>(std::span<const std::uint8_t> part)>;
+
 /// The file's bytes, in parts.
-Result<void> write_dataset(DcmFileFormat& file, NewFile& to) {
+Result<void> write_dataset(DcmFileFormat& file, const Sink& sink) {
   constexpr std::size_t kPart = std::size_t{1} << 20;
   std::vector<std::uint8_t> part(kPart);
   DcmWriteCache cache;
@@ -171,8 +181,7 @@ Result<void> write_dataset(DcmFileFormat& file, NewFile& to) {
     void* bytes = nullptr;
     offile_off_t size = 0;
     stream.flushBuffer(bytes, size);
-    if (auto done = to.write({static_cast<const std::uint8_t*>(bytes), static_cast<std::size_t>(size)});
-        !done)
+    if (auto done = sink({static_cast<const std::uint8_t*>(bytes), static_cast<std::size_t>(size)}); !done)
       return done;
     if (written.good()) break;
   }
@@ -180,10 +189,7 @@ Result<void> write_dataset(DcmFileFormat& file, NewFile& to) {
   return {};
 }
 
-}  // namespace
-
-Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolume& grid,
-                              const DicomSource& source) {
+Result<void> fill_file(DcmFileFormat& file, const GridVolume& grid, const DicomSource& source) {
   constexpr std::uint64_t kMostBytes = 0xFFFF'FFFE;  // a value's length has 32 bits
   if (grid.bytes() > kMostBytes) {
     return Error{ErrorCode::kInvalidArgument,
@@ -193,14 +199,13 @@ Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolum
   prepare_dicom_library();
   const std::string now = date_time(std::time(nullptr));
   const std::string acquired = source.acquired_utc_s > 0 ? date_time(source.acquired_utc_s) : now;
-  DcmFileFormat file;
   bool failed = false;
   DicomFields fields(*file.getDataset(), failed);
   fields.text(DCM_SOPClassUID, UID_EnhancedUSVolumeStorage);
   fields.text(DCM_SOPInstanceUID, new_dicom_uid(SITE_INSTANCE_UID_ROOT));
   fields.text(DCM_TimezoneOffsetFromUTC, "+0000");
   add_identity(fields, source.identity);
-  add_study(fields, now, acquired);
+  add_study(fields, now, acquired, source);
   add_space(fields, source.geometry);
   add_image(fields, grid, source);
   add_dimensions(fields);
@@ -209,10 +214,33 @@ Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolum
   if (failed)
     return Error{ErrorCode::kUnavailable,
                  "the DICOM file cannot be made, expected free memory and DICOM's dictionary"};
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolume& grid,
+                              const DicomSource& source) {
+  DcmFileFormat file;
+  if (auto filled = fill_file(file, grid, source); !filled) return filled;
   NewFile to(path);
   if (auto done = to.create(); !done) return done;
-  if (auto done = write_dataset(file, to); !done) return done;
+  if (auto done = write_dataset(file, [&to](std::span<const std::uint8_t> part) { return to.write(part); });
+      !done)
+    return done;
   return to.finish();
+}
+
+Result<std::vector<std::uint8_t>> grid_dicom(const GridVolume& grid, const DicomSource& source) {
+  DcmFileFormat file;
+  if (auto filled = fill_file(file, grid, source); !filled) return filled.error();
+  std::vector<std::uint8_t> bytes;
+  const auto append = [&bytes](std::span<const std::uint8_t> part) {
+    bytes.insert(bytes.end(), part.begin(), part.end());
+    return Result<void>();
+  };
+  if (auto done = write_dataset(file, append); !done) return done.error();
+  return bytes;
 }
 
 }  // namespace fanlight

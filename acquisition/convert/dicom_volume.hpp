@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <vector>
 
 #include "acquisition/convert/grid_volume.hpp"
 #include "proto/base/result.hpp"
@@ -16,6 +18,8 @@ struct DicomSource {
   FanGeometry geometry;
   std::int64_t acquired_utc_s = 0;  ///< seconds since 1970; 0: not known
   DicomIdentity identity;
+  /// When the study began, seconds since 1970; 0: not known. Absent: with the acquisition.
+  std::optional<std::int64_t> study_began_utc_s{};
 };
 
 /// Writes a volume as a DICOM Enhanced US Volume (PS3.3 A.59), explicit little endian, by DCMTK. Its axes are
@@ -25,5 +29,8 @@ struct DicomSource {
 /// voxel grid of over 4 GB.
 Result<void> write_grid_dicom(const std::filesystem::path& path, const GridVolume& grid,
                               const DicomSource& source);
+
+/// The bytes of such a file. Errors as above, without those of files.
+Result<std::vector<std::uint8_t>> grid_dicom(const GridVolume& grid, const DicomSource& source);
 
 }  // namespace fanlight

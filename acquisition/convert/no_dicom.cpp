@@ -4,9 +4,21 @@
 
 namespace fanlight {
 
+namespace {
+
+Error missing() {
+  return {ErrorCode::kUnsupported,
+          "this program was built without DCMTK, expected one built with FANLIGHT_DICOM=ON"};
+}
+
+}  // namespace
+
 Result<void> write_grid_dicom(const std::filesystem::path&, const GridVolume&, const DicomSource&) {
-  return Error{ErrorCode::kUnsupported,
-               "this program was built without DCMTK, expected one built with FANLIGHT_DICOM=ON"};
+  return missing();
+}
+
+Result<std::vector<std::uint8_t>> grid_dicom(const GridVolume&, const DicomSource&) {
+  return missing();
 }
 
 }  // namespace fanlight

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/record/recording_finisher.hpp"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,17 +8,9 @@
 #include <system_error>
 #include <utility>
 
+#include "proto/base/low_priority.hpp"
+
 namespace fanlight {
-
-namespace {
-
-/// Packing and copying take the time that the renderer leaves.
-void lower_priority() {
-  constexpr int kNice = 10;
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
-}
-
-}  // namespace
 
 void RecordingFinisher::add(Job job) {
   waiting_.push_back(std::move(job));
@@ -48,7 +36,7 @@ void RecordingFinisher::start() {
 }
 
 void RecordingFinisher::run(const std::stop_token& stop) {
-  lower_priority();
+  lower_priority();  // packing and copying may wait
   try {
     result_ = finish_in_any_form(running_->segments, running_->path, running_->options, progress_, stop);
   } catch (const std::exception& thrown) {  // no memory, or a library's

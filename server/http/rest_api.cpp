@@ -53,6 +53,16 @@ ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
 
+/// Which volume such a body asks to send to the archive; null: it has a picture. It may be 16 MB, most of
+/// them the picture's.
+json wanted_volume(std::string_view body) {
+  constexpr std::size_t kMostBytes = 65'536;
+  if (body.size() > kMostBytes) return nullptr;
+  const json read = json::parse(body, nullptr, false);
+  if (!read.is_object() || !read.contains("volume")) return nullptr;
+  return read["volume"].is_null() ? json(false) : read["volume"];
+}
+
 /// The HTTP status of a refused command.
 http::status status_of(const ClientCommand& command, const CommandResult& result) {
   using Refused = CommandResult::Refused;
@@ -314,7 +324,7 @@ RestApi::Admission RestApi::admit_still(const Request& header, const Principal& 
     permitted = true;
     return Response();
   });
-  if (permitted && stills_under_way_ == kMostStills) {
+  if (permitted && *stills_under_way_ == kMostStills) {
     constexpr auto kReason = "the last stills are still being written, expected a later request";
     dependencies_.state.counters.archive_refusals.add();
     dependencies_.audit.note(principal, {.what = "archive", .result = std::string("refused: ") + kReason},
@@ -323,30 +333,72 @@ RestApi::Admission RestApi::admit_still(const Request& header, const Principal& 
     refused = refusal(http::status::service_unavailable, kReason);
   }
   if (!permitted) return {.permit = nullptr, .refusal = std::move(refused)};
-  ++stills_under_way_;
-  return {.permit = StillPermit(this, [this](void*) { --stills_under_way_; })};
+  ++*stills_under_way_;
+  return {.permit = StillPermit(this, [count = stills_under_way_](void*) { --*count; })};
 }
 
 void RestApi::send_still(std::string body, const Principal& principal, const StillPermit& permit,
                          const Answer& answer) {
-  const std::size_t bytes = body.size();
-  const auto done = [this, principal, permit, answer, bytes](const Result<void>& added) {
-    ServerCounters& counters = dependencies_.state.counters;
-    const bool failed = !added && added.error().code == ErrorCode::kUnavailable;
-    Counter& count = added    ? counters.archive_stills
-                     : failed ? counters.archive_failures
-                              : counters.archive_refusals;
-    count.add();
-    const std::string result =
-        added ? "done" : fmt::format("{}: {}", failed ? "failed" : "refused", added.error().message);
-    dependencies_.audit.note(principal, {.what = "archive", .result = result}, {{"bytes", bytes}});
-    if (failed)
-      spdlog::error("a still could not be put into the queue for the archive: {}", added.error().message);
-    if (added) return answer(json_response(http::status::accepted, {{"taken", true}}));
-    answer(refusal(failed ? http::status::service_unavailable : http::status::bad_request,
-                   added.error().message));
+  const auto sending = std::make_shared<Sending>(
+      Sending{.body = std::move(body), .principal = principal, .permit = permit, .answer = answer});
+  if (const json wanted = wanted_volume(sending->body); !wanted.is_null()) {
+    sending->is_volume = true;
+    return send_volume(sending, wanted);
+  }
+  dependencies_.state.archive->add(
+      sending->body, [this, sending](const Result<void>& added) { sent_still(*sending, added); });
+}
+
+/// `wanted`: "shown", or the number of the volume that must be shown.
+void RestApi::send_volume(const std::shared_ptr<Sending>& sending, const json& wanted) {
+  const auto refuse = [this, sending](ErrorCode code, const char* sentence) {
+    sent_still(*sending, Error{code, sentence});
   };
-  dependencies_.state.archive->add(std::move(body), done);
+  if (wanted != "shown" && !wanted.is_number_unsigned())
+    return refuse(ErrorCode::kInvalidArgument, R"(volume is of another form, expected "shown" or a number)");
+  const auto copied = [this, sending, refuse, wanted](VolumeCopier::Copy copy) {
+    using Outcome = VolumeCopier::Outcome;
+    if (copy.outcome == Outcome::kNoVolume)
+      return refuse(ErrorCode::kNotFound, "there is no volume yet, expected one that is shown");
+    if (copy.outcome == Outcome::kNoMemory)
+      return refuse(ErrorCode::kUnavailable, "there is no memory for the volume, expected a later request");
+    if (copy.outcome == Outcome::kBusy) return refuse(ErrorCode::kUnavailable, kRendererBusySentence);
+    const VolumeStamp& stamp = copy.volume->stamp();
+    if (wanted.is_number() && wanted.get<std::uint64_t>() != stamp.volume_id)
+      return refuse(ErrorCode::kNotFound,
+                    "another volume is shown by now, expected the one on show; freeze it first");
+    const bool is_live = dependencies_.state.frame_origin() != FrameOrigin::kRecording;
+    const std::int64_t age_s = (now_ns() - stamp.first_capture_time_ns) / 1'000'000'000;
+    dependencies_.state.archive->add_volume(
+        {.volume = std::move(copy.volume), .acquired_utc_s = is_live ? utc_now_s() - age_s : 0},
+        sending->body, [this, sending](const Result<void>& added) { sent_still(*sending, added); });
+  };
+  std::shared_ptr<Volume> no_memory_yet;
+  if (!dependencies_.state.volumes.copy(EncoderLane::kBackground, no_memory_yet, copied))
+    refuse(ErrorCode::kUnavailable, kRendererBusySentence);
+}
+
+void RestApi::sent_still(const Sending& sending, const Result<void>& added) {
+  ServerCounters& counters = dependencies_.state.counters;
+  const bool failed = !added && added.error().code == ErrorCode::kUnavailable;
+  Counter& count = failed              ? counters.archive_failures
+                   : !added            ? counters.archive_refusals
+                   : sending.is_volume ? counters.archive_volumes
+                                       : counters.archive_stills;
+  count.add();
+  const std::string result =
+      added ? "done" : fmt::format("{}: {}", failed ? "failed" : "refused", added.error().message);
+  const char* const object = sending.is_volume ? "volume" : "still";
+  dependencies_.audit.note(sending.principal, {.what = "archive", .result = result},
+                           {{"object", object}, {"bytes", sending.body.size()}});
+  if (failed)
+    spdlog::error("a {} could not be put into the queue for the archive: {}", object, added.error().message);
+  if (added) return sending.answer(json_response(http::status::accepted, {{"taken", true}}));
+  const bool conflicts = added.error().code == ErrorCode::kNotFound;
+  sending.answer(refusal(failed      ? http::status::service_unavailable
+                         : conflicts ? http::status::conflict
+                                     : http::status::bad_request,
+                         added.error().message));
 }
 
 // ---- pictures

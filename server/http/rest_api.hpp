@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -75,11 +76,12 @@ class RestApi {
   };
   /// Judges the header of such a request: its body is large.
   Admission admit_still(const Request& header, const Principal& principal);
-  /// The answer to it, once the still is on the disk. Audited, without the patient.
+  /// The answer to it, once the still, or the volume that it asks for, is on the disk. Audited, without the
+  /// patient.
   void send_still(std::string body, const Principal& principal, const StillPermit& permit,
                   const Answer& answer);
   /// How many have a permit.
-  std::size_t stills_under_way() const { return stills_under_way_; }
+  std::size_t stills_under_way() const { return *stills_under_way_; }
 
   /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
   /// Call it after every picture, and once a second.
@@ -121,10 +123,21 @@ class RestApi {
   void once_rendered(const Answer& answer, std::int64_t now_ns, const std::function<void()>& then);
   void encode_picture(const Principal& principal, const Answer& answer);
   void make_shared_page(const Principal& principal, const Answer& answer);
+  /// What becomes of a still or a volume for the archive.
+  struct Sending {
+    std::string body;
+    Principal principal;
+    StillPermit permit;
+    Answer answer;
+    bool is_volume = false;
+  };
+  void send_volume(const std::shared_ptr<Sending>& sending, const nlohmann::json& wanted);
+  void sent_still(const Sending& sending, const Result<void>& added);
 
   Dependencies dependencies_;
   std::vector<Waiting> waiting_;
-  std::size_t stills_under_way_ = 0;
+  // Apart, because a permit may end after this object.
+  std::shared_ptr<std::atomic<std::size_t>> stills_under_way_ = std::make_shared<std::atomic<std::size_t>>(0);
 };
 
 }  // namespace fanlight

@@ -13,6 +13,9 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/convert/dicom_volume.hpp"
+#include "acquisition/convert/grid_volume.hpp"
+#include "proto/base/low_priority.hpp"
 #include "server/pacs/dicom_series.hpp"
 #include "server/pacs/picture_object.hpp"
 #include "server/pacs/still_request.hpp"
@@ -35,9 +38,9 @@ class StillQueue::Work {
 
   Report report() const { return {.available = available_, .waiting = waiting_, .refused = refused_}; }
 
-  void push(std::string request, Done done) {
+  void push(VolumeToSend volume, std::string request, Done done) {
     const std::scoped_lock lock(mutex_);
-    jobs_.push_back({std::move(request), std::move(done)});
+    jobs_.push_back({std::move(volume), std::move(request), std::move(done)});
     changed_.notify_all();
   }
 
@@ -53,9 +56,11 @@ class StillQueue::Work {
   }
 
   void run() {
+    lower_priority();
     while (auto job = next()) {
       if (job->done) {
-        const auto result = put_in(job->request);
+        const auto result = put_in(*job);
+        job->volume.volume.reset();
         count();
         post([done = std::move(job->done), result] { done(result); });
       } else {
@@ -69,6 +74,7 @@ class StillQueue::Work {
 
  private:
   struct Job {
+    VolumeToSend volume;  // null: of a still
     std::string request;
     Done done;
   };
@@ -88,16 +94,42 @@ class StillQueue::Work {
     return job;
   }
 
-  Result<void> put_in(const std::string& request) try {
+  Result<std::vector<std::uint8_t>> still_object(const std::string& request) {
     const auto still = parse_still_request(request);
     if (!still) return still.error();
     const RgbPicture& picture = still->picture;
-    const auto object = picture_object({.width = picture.width,
-                                        .height = picture.height,
-                                        .rgb = picture.rgb,
-                                        .lossy_ratio = still->lossy_ratio,
-                                        .lossy_method = still->lossy_method},
-                                       series_of(still->patient));
+    return picture_object({.width = picture.width,
+                           .height = picture.height,
+                           .rgb = picture.rgb,
+                           .lossy_ratio = still->lossy_ratio,
+                           .lossy_method = still->lossy_method},
+                          series_of(still->patient));
+  }
+
+  /// Of the study of the patient's stills.
+  Result<std::vector<std::uint8_t>> volume_object(const VolumeToSend& sent, const std::string& request) {
+    const auto patient = parse_volume_request(request);
+    if (!patient) return patient.error();
+    const auto goes_on = [this](double) {
+      const std::scoped_lock lock(mutex_);
+      return !ending_;
+    };
+    const auto grid = scan_converted(*sent.volume, usual_spacing_mm(*sent.volume), goes_on);
+    if (!grid) {
+      if (grid.error().code == ErrorCode::kStopped)
+        return Error{ErrorCode::kUnavailable, "the server ends, expected a later request"};
+      return grid.error();
+    }
+    const DicomSeries& series = series_of(*patient);
+    return grid_dicom(*grid, {.geometry = sent.volume->geometry(),
+                              .acquired_utc_s = sent.acquired_utc_s,
+                              .identity = series.identity,
+                              .study_began_utc_s = series.study_began.value_or(0)});
+  }
+
+  Result<void> put_in(const Job& job) try {
+    const auto object =
+        job.volume.volume == nullptr ? still_object(job.request) : volume_object(job.volume, job.request);
     if (!object) return object.error();
     const auto staged = outbox_.stage(*object, "");
     if (!staged) return staged.error();
@@ -105,7 +137,7 @@ class StillQueue::Work {
     if (!published) Outbox::discard({&*staged, 1});
     return published;
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::kUnavailable, "there is no memory for a still, expected a later request"};
+    return Error{ErrorCode::kUnavailable, "there is no memory for it, expected a later request"};
   }
 
   /// One series for the stills of an examination.
@@ -172,7 +204,11 @@ StillArchive::Report StillQueue::report() const {
 }
 
 void StillQueue::add(std::string request, Done done) {
-  work_->push(std::move(request), std::move(done));
+  work_->push({}, std::move(request), std::move(done));
+}
+
+void StillQueue::add_volume(VolumeToSend volume, std::string request, Done done) {
+  work_->push(std::move(volume), std::move(request), std::move(done));
 }
 
 Result<std::unique_ptr<StillArchive>> open_still_queue(const std::filesystem::path& folder,

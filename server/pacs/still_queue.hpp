@@ -13,8 +13,8 @@
 
 namespace fanlight {
 
-/// Makes DICOM objects of stills, and puts them into a folder from which `fanlight send --queue` sends them.
-/// Has a thread of its own: the disk may be slow, or hang.
+/// Makes DICOM objects of stills and volumes, and puts them into a folder from which `fanlight send --queue`
+/// sends them. Has a thread of its own: the disk may be slow, or hang.
 class StillQueue : public StillArchive {
  public:
   using Post = std::function<void(std::function<void()>)>;
@@ -29,6 +29,7 @@ class StillQueue : public StillArchive {
 
   Report report() const override;
   void add(std::string request, Done done) override;
+  void add_volume(VolumeToSend volume, std::string request, Done done) override;
 
  private:
   class Work;

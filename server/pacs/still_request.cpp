@@ -73,7 +73,21 @@ bool is_flat(std::string_view json) {
   return depth <= kMostDepth;
 }
 
+Result<DicomIdentity> take_patient(const nlohmann::json& json) {
+  auto patient = parse_identity(json);
+  if (patient && is_blank(patient->patient_id) && is_blank(patient->patient_name))
+    return wrong_request("the patient has neither an ID nor a name, expected one of them");
+  return patient;
+}
+
 }  // namespace
+
+Result<DicomIdentity> parse_volume_request(std::string_view body) {
+  const auto json = is_flat(body) ? nlohmann::json::parse(body, nullptr, false) : nlohmann::json();
+  if (!json.is_object() || json.size() != 2 || !json.contains("patient") || !json.contains("volume"))
+    return wrong_request(R"(expected {"volume": "shown", "patient": {"patient_id": ID}})");
+  return take_patient(json["patient"]);
+}
 
 Result<StillRequest> parse_still_request(std::string_view body) {
   const auto json = is_flat(body) ? nlohmann::json::parse(body, nullptr, false) : nlohmann::json();
@@ -82,10 +96,8 @@ Result<StillRequest> parse_still_request(std::string_view body) {
                         json.contains("png") && json["png"].is_string();
   if (!has_both)
     return wrong_request(R"(expected {"png": PICTURE IN BASE64, "patient": {"patient_id": ID}})");
-  auto patient = parse_identity(json["patient"]);
+  auto patient = take_patient(json["patient"]);
   if (!patient) return patient.error();
-  if (is_blank(patient->patient_id) && is_blank(patient->patient_name))
-    return wrong_request("the patient has neither an ID nor a name, expected one of them");
   const auto file = decode_base64(json["png"].get_ref<const std::string&>());
   if (!file) return file.error();
   auto picture = read_png(*file);

@@ -23,4 +23,7 @@ struct StillRequest {
 /// picture. The sentence never has a value of the patient.
 Result<StillRequest> parse_still_request(std::string_view body);
 
+/// Reads {"volume": ANY, "patient": {"patient_id": ...}}. Errors: as above.
+Result<DicomIdentity> parse_volume_request(std::string_view body);
+
 }  // namespace fanlight

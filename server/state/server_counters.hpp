@@ -84,7 +84,8 @@ struct ServerCounters {
 
   // Of the queue for an archive:
   Counter archive_stills;                   ///< put in
-  Counter archive_failures;                 ///< stills that were not put in
+  Counter archive_volumes;                  ///< put in
+  Counter archive_failures;                 ///< those that were not put in
   Counter archive_refusals;                 ///< of those, and other requests, that were not granted
   Gauge<std::uint64_t> archive_waiting;     ///< objects that the archive does not have yet
   Gauge<std::uint64_t> archive_rejections;  ///< objects that the archive has refused
@@ -189,9 +190,10 @@ inline constexpr auto kServerTable = std::to_array<CountRow<ServerCounters>>({
     {"rtp_refusals", "Requests to start or stop the RTP stream that were refused",
      &ServerCounters::rtp_refusals},
     {"archive_stills", "Stills put into the queue for the archive", &ServerCounters::archive_stills},
-    {"archive_failures", "Stills that could not be put into the queue for the archive",
+    {"archive_volumes", "Volumes put into the queue for the archive", &ServerCounters::archive_volumes},
+    {"archive_failures", "Stills and volumes that could not be put into the queue for the archive",
      &ServerCounters::archive_failures},
-    {"archive_refusals", "Requests to send a still to the archive that were refused",
+    {"archive_refusals", "Requests to send a still or a volume to the archive that were refused",
      &ServerCounters::archive_refusals},
     {"archive_waiting", "Objects in the queue that the archive does not have yet",
      &ServerCounters::archive_waiting, CountKind::kNow},

@@ -7,10 +7,17 @@
 #include <string>
 
 #include "proto/base/result.hpp"
+#include "proto/model/volume.hpp"
 
 namespace fanlight {
 
-/// Takes stills of displays for an archive. Server thread.
+/// A volume for an archive.
+struct VolumeToSend {
+  std::shared_ptr<const Volume> volume;
+  std::int64_t acquired_utc_s = 0;  ///< seconds since 1970; 0: not known
+};
+
+/// Takes stills of displays, and volumes, for an archive. Server thread.
 class StillArchive {
  public:
   struct Report {
@@ -29,6 +36,10 @@ class StillArchive {
   /// it. `done`: called later on the server thread, when the still is on the disk, or with an error:
   /// kInvalidArgument or kBadInput for the request, kUnavailable for the disk.
   virtual void add(std::string request, Done done) = 0;
+
+  /// The same for a volume, scan converted. `request`: a JSON object with `volume`, which is the caller's,
+  /// and `patient`.
+  virtual void add_volume(VolumeToSend volume, std::string request, Done done) = 0;
 };
 
 /// Opens it. `post`: runs a function on the server thread; any thread may call it.

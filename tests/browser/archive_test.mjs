@@ -55,7 +55,7 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     await until(
       "what waits",
       () => dialog.textContent(),
-      (text) => /1 earlier picture waits/.test(text),
+      (text) => /1 earlier item waits/.test(text),
     );
     await button("Other patient").click();
     assert.equal(await box("Patient ID").inputValue(), "");
@@ -75,6 +75,38 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     assert.ok(readFileSync(join(queue, second), "latin1").includes("1.2.3.4"), "the order's study");
     assert.ok(statSync(join(queue, second)).size > 512 * 512 * 3, "the whole picture");
 
+    // The volume, once it is frozen.
+    await page.locator("#archive").click();
+    await dialog.waitFor({ state: "visible" });
+    assert.equal(await dialog.locator("option[value=volume]").evaluate((option) => option.disabled), true);
+    assert.match(await dialog.textContent(), /freeze the picture first/);
+    await button("Cancel").click();
+    await page.keyboard.press("Space");
+    await until(
+      "the frozen picture",
+      () => page.locator("#not-live").textContent(),
+      (mark) => /^Frozen/.test(mark),
+    );
+    const devtools = await page.context().newCDPSession(page);
+    const tap = async (locator) => {
+      const { x, y, width, height } = await locator.boundingBox();
+      const touchPoints = [{ x: x + width / 2, y: y + height / 2 }];
+      await devtools.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints });
+      await devtools.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+    };
+    await tap(page.locator("#archive"));
+    await dialog.waitFor({ state: "visible" });
+    await box("What to send").selectOption("Frozen volume");
+    assert.match(await dialog.textContent(), /echoes of the frozen volume/);
+    await viewer.screenshot("archive-volume");
+    await tap(button("Send"));
+    await dialog.waitFor({ state: "hidden" });
+    assert.match(await page.locator("#archived").textContent(), /The volume waits in the queue/);
+    await waiting(3);
+    const volume = readFileSync(join(queue, objectsIn(queue).sort()[2]), "latin1");
+    assert.ok(volume.includes("1.2.840.10008.5.1.4.1.1.6.2"), "an Enhanced US Volume");
+    assert.ok(volume.includes("1.2.3.4") && volume.includes("P-18"), "of the order");
+
     // A refusal is shown in the form, and the form stays.
     await page.locator("#archive").click();
     await button("Other patient").click();
@@ -88,7 +120,7 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     await button("Cancel").click();
     await page.keyboard.press("s"); // keys of the page work again
     const log = readFileSync(audit, "utf8");
-    assert.equal(log.match(/"what":"archive"/g).length, 3);
+    assert.equal(log.match(/"what":"archive"/g).length, 4);
     assert.doesNotMatch(log, /P-17|Doe|Roe|1990/, "no patient in the log");
     assert.doesNotMatch(objectsIn(queue).join(), /Doe|P-1/);
     const metrics = await (await fetch(new URL("metrics", server.url))).text();

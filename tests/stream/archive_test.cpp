@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -26,6 +27,8 @@ struct Wishes {
   Result<void> added;
   bool is_slow = false;  // nothing is ever done
   std::atomic<std::size_t> bytes = 0;
+  std::atomic<std::uint64_t> volume_id = 0;
+  std::atomic<std::int64_t> acquired_utc_s = 0;
 };
 
 class FakeQueue : public StillArchive {
@@ -38,6 +41,11 @@ class FakeQueue : public StillArchive {
     wishes_->bytes = request.size();
     if (wishes_->is_slow) return kept_.push_back(std::move(done));
     post_([done = std::move(done), added = wishes_->added] { done(added); });
+  }
+  void add_volume(VolumeToSend volume, std::string request, Done done) override {
+    wishes_->volume_id = volume.volume->stamp().volume_id;
+    wishes_->acquired_utc_s = volume.acquired_utc_s;
+    add(std::move(request), std::move(done));
   }
 
  private:
@@ -162,6 +170,43 @@ TEST_F(ArchiveTest, CountsWhatBecomesOfAStill) {
   EXPECT_EQ(server.counters().archive_failures.value(), 1U);
   EXPECT_EQ(server.counters().archive_refusals.value(), 2U);
   EXPECT_EQ(server.counters().archive_stills.value(), 0U);
+}
+
+/// The answer to a request for this volume while volume 7 is shown, or none.
+Answer volume_answer(ServerFixture& server, const json& wanted, bool has_volume = true) {
+  const std::string body = json{{"volume", wanted}, {"patient", {{"patient_id", "P1"}}}}.dump();
+  auto answer = std::async(std::launch::async, [&] { return talk(server, "POST", "/api/archive", body); });
+  if (has_volume) {
+    server.answer_fluid(7);
+  } else {
+    server.answer_volume_order(nullptr);
+  }
+  return answer.get();
+}
+
+TEST_F(ArchiveTest, SendsTheVolumeOnShow) {
+  auto server = start();
+  EXPECT_EQ(volume_answer(server, "shown").status, 202);
+  EXPECT_EQ(wishes_->volume_id, 7U);
+  EXPECT_GT(wishes_->acquired_utc_s, 0) << "it is live";
+  EXPECT_EQ(volume_answer(server, 7).status, 202);
+  EXPECT_EQ(server.counters().archive_volumes.value(), 2U);
+  EXPECT_EQ(server.counters().archive_stills.value(), 0U);
+}
+
+TEST_F(ArchiveTest, RefusesAVolumeThatIsNotOnShow) {
+  auto server = start();
+  const Answer other = volume_answer(server, 6);
+  EXPECT_EQ(other.status, 409);
+  EXPECT_NE(other.body.find("another volume"), std::string::npos) << other.body;
+  EXPECT_EQ(volume_answer(server, "shown", false).status, 409);
+  for (const json& wrong : {json("next"), json(-1), json(1.5), json(nullptr), json::object()}) {
+    const std::string body = json{{"volume", wrong}, {"patient", {{"patient_id", "P1"}}}}.dump();
+    EXPECT_EQ(talk(server, "POST", "/api/archive", body).status, 400) << wrong;
+  }
+  EXPECT_FALSE(server.has_volume_order());
+  EXPECT_EQ(server.counters().archive_volumes.value(), 0U);
+  EXPECT_EQ(server.counters().archive_refusals.value(), 7U);
 }
 
 }  // namespace

@@ -22,10 +22,12 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/convert/grid_volume.hpp"
 #include "server/codec/png_coder.hpp"
 #include "server/codec/png_reader.hpp"
 #include "server/pacs/still_queue.hpp"
 #include "server/pacs/still_request.hpp"
+#include "tests/support/made_volume.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fanlight::test {
@@ -225,6 +227,47 @@ TEST_F(StillQueueTest, StillsOfAPatientAreOneSeries) {
   EXPECT_EQ(text_of(found[1], DCM_InstanceNumber), "2");
   EXPECT_NE(text_of(found[0], DCM_StudyInstanceUID), text_of(found[2], DCM_StudyInstanceUID));
   for (const auto& path : found) EXPECT_EQ(path.string().find("Doe"), std::string::npos);
+}
+
+TEST_F(StillQueueTest, AVolumeIsOfTheStudyOfThePatientsStills) {
+  open();
+  const json patient = {{"patient_id", "P1"}, {"patient_name", "Doe^Jane"}};
+  ASSERT_TRUE(add(request(patient)));
+  const double step_rad = 0.05;
+  const std::vector<double> angles_rad = {-step_rad, 0, step_rad};
+  const auto volume = std::make_shared<const Volume>(
+      made_volume(kSmallFan, angles_rad, [](const Point& at) { return at.y_mm > 40 ? 150 : 5; }));
+  const std::string body = json{{"volume", "shown"}, {"patient", patient}}.dump();
+  Result<void> result = Error{ErrorCode::kBroken, "not called"};
+  queue_->add_volume({.volume = volume, .acquired_utc_s = 86'400}, body,
+                     [&](const Result<void>& added) { result = added; });
+  run_posted();
+  ASSERT_TRUE(result) << result.error().message;
+  const auto found = files();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(text_of(found[1], DCM_SOPClassUID), UID_EnhancedUSVolumeStorage);
+  EXPECT_EQ(text_of(found[1], DCM_PatientName), "Doe^Jane");
+  EXPECT_EQ(text_of(found[1], DCM_AcquisitionDateTime), "19700102000000");
+  for (const DcmTagKey& same : {DCM_StudyInstanceUID, DCM_StudyDate, DCM_StudyTime})
+    EXPECT_EQ(text_of(found[0], same), text_of(found[1], same)) << same.toString();
+  EXPECT_NE(text_of(found[0], DCM_SeriesInstanceUID), text_of(found[1], DCM_SeriesInstanceUID));
+  const auto grid = scan_converted(*volume, usual_spacing_mm(*volume), [](double) { return true; });
+  ASSERT_TRUE(grid);
+  DcmFileFormat file;
+  const Uint8* voxels = nullptr;
+  unsigned long bytes = 0;
+  ASSERT_TRUE(file.loadFile(found[1].c_str()).good());
+  ASSERT_TRUE(file.getDataset()->findAndGetUint8Array(DCM_PixelData, voxels, &bytes).good());
+  ASSERT_GE(bytes, grid->voxels.size());  // an even number
+  EXPECT_TRUE(std::equal(grid->voxels.begin(), grid->voxels.end(), voxels));
+
+  for (const json& wrong : {json({{"volume", 1}}), json({{"volume", 1}, {"patient", {{"sex", "F"}}}}),
+                            json({{"volume", 1}, {"patient", patient}, {"png", ""}})}) {
+    queue_->add_volume({.volume = volume}, wrong.dump(), [&](const Result<void>& added) { result = added; });
+    run_posted();
+    EXPECT_FALSE(result) << wrong;
+  }
+  EXPECT_EQ(files().size(), 2U);
 }
 
 TEST_F(StillQueueTest, APatientWhoComesBackKeepsTheStudy) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends a still to the hospital's archive: the server puts it into a queue on its disk.
+// Sends a still or a volume to the hospital's archive: the server puts it into a queue on its disk.
 import type { ArchiveForm } from "./archive_form";
 import { queueState } from "./archive_queue";
 
@@ -8,6 +8,8 @@ export interface ArchiveEvents {
   still(): Promise<Blob> | undefined;
   /** How the picture came, where it has lost something on the way. */
   loss(): Loss | undefined;
+  /** The volume on show, where it is frozen for all displays. */
+  frozenVolume(): bigint | undefined;
   sent(sentence: string): void;
   failed(sentence: string): void;
 }
@@ -40,7 +42,8 @@ export class ArchiveButton {
   }
 
   private async open(): Promise<void> {
-    const [picture, loss] = [this.events.still(), this.events.loss()]; // of this moment
+    // Of this moment.
+    const [picture, loss, volume] = [this.events.still(), this.events.loss(), this.events.frozenVolume()];
     if (!picture) return;
     picture.catch(() => undefined); // the form says it
     this.button.disabled = true; // a second click would open it twice
@@ -52,6 +55,6 @@ export class ArchiveButton {
     } finally {
       this.button.disabled = false;
     }
-    if (!this.button.hidden) this.form.open(picture, loss); // the role may have changed meanwhile
+    if (!this.button.hidden) this.form.open({ picture, loss, volume }); // the role may have changed meanwhile
   }
 }

@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// The form that sends a still to the hospital's archive. Loaded when it is first opened (archive_button.ts).
+// The form that sends a still or a volume to the hospital's archive. Loaded when it is first opened (archive_button.ts).
 import { callApi } from "./api";
 import type { ArchiveEvents, Loss } from "./archive_button";
 import { queueState, type QueueState } from "./archive_queue";
 import { element } from "./element";
 import { PatientForm } from "./patient_form";
+
+/** What can be sent. */
+export interface Sendable {
+  picture: Promise<Blob>;
+  loss: Loss | undefined;
+  /** The frozen one; undefined where none is. */
+  volume: bigint | undefined;
+}
+
+const kPicture = "Sends the picture that was on show when this form opened.";
+const kVolume =
+  "Sends the echoes of the frozen volume, which other programs can slice and render. Measurements and notes are not in it.";
+const kFreezeFirst = "To send the volume, freeze the picture first.";
 
 export class ArchiveForm {
   private readonly dialog = element("dialog", { id: "archive-form" });
@@ -13,18 +26,23 @@ export class ArchiveForm {
   private readonly send = element("button", { type: "submit" }, "Send");
   private readonly patient = new PatientForm((sentence) => (this.problem.textContent = sentence));
   private readonly cancel = element("button", { type: "button" }, "Cancel");
-  private picture: Promise<Blob> | undefined;
-  private loss: Loss | undefined;
+  private readonly what = element("select", { ariaLabel: "What to send" });
+  private readonly explanation = element("p", {});
+  private readonly volume = element("option", { value: "volume" }, "Frozen volume");
+  private sendable: Sendable | undefined;
   private isBusy = false;
 
   constructor(
     private readonly button: HTMLButtonElement,
     private readonly events: ArchiveEvents,
   ) {
-    const title = element("h2", { id: "archive-title" }, "Send a still to the archive");
-    const which = element("p", {}, "Sends the picture that was on show when this form opened.");
+    const title = element("h2", { id: "archive-title" }, "Send to the archive");
+    this.what.append(element("option", { value: "picture" }, "Picture"), this.volume);
+    this.what.onchange = () => this.explain();
+    const what = element("label", {}, this.what.ariaLabel!, this.what);
     this.cancel.onclick = () => this.dialog.close();
-    const form = element("form", { autocomplete: "off" }, title, which, this.patient.root, this.state, this.problem);
+    const form = element("form", { autocomplete: "off" }, title, what, this.explanation, this.patient.root);
+    form.append(this.state, this.problem);
     form.append(element("div", { className: "buttons" }, this.cancel, this.send));
     form.onsubmit = (event) => {
       event.preventDefault();
@@ -41,18 +59,26 @@ export class ArchiveForm {
     this.patient.forget();
   }
 
-  open(picture: Promise<Blob>, loss: Loss | undefined): void {
-    [this.picture, this.loss] = [picture, loss];
-    picture.catch((error: Error) => (this.problem.textContent = error.message));
+  open(sendable: Sendable): void {
+    this.sendable = sendable;
+    this.what.value = "picture";
+    this.volume.disabled = sendable.volume === undefined;
+    this.explain();
+    sendable.picture.catch((error: Error) => (this.problem.textContent = error.message));
     this.problem.textContent = "";
     this.state.textContent = "";
     this.dialog.showModal();
     void queueState().then((state) => state && this.tell(state));
   }
 
+  private explain(): void {
+    const isVolume = this.what.value === "volume";
+    this.explanation.textContent = isVolume ? kVolume : kPicture + (this.volume.disabled ? ` ${kFreezeFirst}` : "");
+  }
+
   private tell({ waiting, refused }: QueueState): void {
     const parts = [];
-    if (waiting > 0) parts.push(`${waiting} earlier ${waiting === 1 ? "picture waits" : "pictures wait"} to be sent.`);
+    if (waiting > 0) parts.push(`${waiting} earlier ${waiting === 1 ? "item waits" : "items wait"} to be sent.`);
     if (refused > 0) parts.push(`The archive has refused ${refused}: ask the administrator.`);
     this.state.textContent = parts.join(" ");
   }
@@ -60,28 +86,30 @@ export class ArchiveForm {
   /** While a still is under way the form stays: its answer must not meet the next one. */
   private setBusy(isBusy: boolean): void {
     this.isBusy = isBusy;
-    for (const each of [this.send, this.cancel, this.button]) each.disabled = isBusy;
+    for (const each of [this.send, this.cancel, this.button, this.what]) each.disabled = isBusy;
     this.problem.textContent = "";
     this.send.textContent = isBusy ? "Sending…" : "Send";
   }
 
   private async submit(): Promise<void> {
     const patient = this.patient.patient();
-    if (!patient || !this.picture) return;
+    if (!patient || !this.sendable) return;
+    const { picture, loss, volume } = this.sendable;
+    const isVolume = this.what.value === "volume";
+    const what = isVolume ? "volume" : "still";
     this.setBusy(true);
     try {
-      await callApi("api/archive", {
-        png: await base64Of(await this.picture),
-        patient,
-        ...(this.loss && { lossy: this.loss }),
-      });
+      const object = isVolume
+        ? { volume: Number(volume) }
+        : { png: await base64Of(await picture), ...(loss && { lossy: loss }) };
+      await callApi("api/archive", { ...object, patient });
       this.dialog.close();
-      this.events.sent("The still waits in the queue for the archive.");
+      this.events.sent(`The ${what} waits in the queue for the archive.`);
     } catch (error) {
       const sentence =
         error instanceof TypeError // of fetch()
-          ? "The connection was lost: it is not known whether the still was sent."
-          : `The still was not sent: ${(error as Error).message}`;
+          ? `The connection was lost: it is not known whether the ${what} was sent.`
+          : `The ${what} was not sent: ${(error as Error).message}`;
       this.setBusy(false);
       if (this.dialog.open) {
         this.problem.textContent = sentence;

@@ -128,7 +128,14 @@ export class LivenessWatch {
       const title = cause ? kTitles[cause] : "";
       const isReplay = kReplay.test(sentence ?? "");
       const detail = cause ? (sentence ?? "").replace(/^The (picture|replay of a recording) is frozen\. ?/, "") : "";
-      return { state: "frozen", ageMs: isReplay ? undefined : ageMs, title, detail, ...(isReplay && { isReplay }) };
+      const rest = withoutTitle(detail, title);
+      return {
+        state: "frozen",
+        ageMs: isReplay ? undefined : ageMs,
+        title,
+        detail: rest,
+        ...(isReplay && { isReplay }),
+      };
     }
     // The last picture of a recording is no less true after its end.
     if (cause === Liveness_Cause.SOURCE_ENDED && this.isReplay && shown)

@@ -171,7 +171,7 @@ const quickPanel: QuickPanel = new QuickPanel(editor, effects, light, {
   failed: showRefusal,
 });
 const shell = new PageShell(showRefusal);
-const outward = new OutwardButtons(overlay, showRefusal);
+const outward = new OutwardButtons(overlay, cineBar, showRefusal);
 connectShortcuts({ cineBar, quickPanel, tools, overlay, shell });
 page.resetView.onclick = () => orbit.reset();
 const askSurvey = (requestId: bigint) => connection.send({ case: "survey", value: { requestId } });

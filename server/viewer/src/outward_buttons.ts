@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buttons by which pictures leave this server: as a file, or to an archive.
+// The buttons by which pictures and volumes leave this server: as a file, or to an archive.
 import { ArchiveButton, type ArchiveEvents } from "./archive_button";
 import { bannerAt } from "./banner";
 import { page } from "./page";
@@ -10,13 +10,15 @@ export class OutwardButtons {
   private readonly archive: ArchiveButton;
 
   constructor(
-    overlay: { stillBlob: ArchiveEvents["still"]; loss: ArchiveEvents["loss"] },
+    overlay: { stillBlob: ArchiveEvents["still"]; loss: ArchiveEvents["loss"]; volumeId(): bigint | undefined },
+    cine: { isFrozen: boolean },
     failed: (sentence: string) => void,
   ) {
     this.share = new ShareButton(page.share, failed);
     this.archive = new ArchiveButton(page.archive, {
       still: () => overlay.stillBlob(),
       loss: () => overlay.loss(),
+      frozenVolume: () => (cine.isFrozen ? overlay.volumeId() : undefined),
       sent: bannerAt("#archived"),
       failed,
     });

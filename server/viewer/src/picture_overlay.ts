@@ -259,6 +259,11 @@ export class PictureOverlay {
     return stillOf(page.canvas, this.lines, facts);
   }
 
+  /** Of the volume on show. */
+  volumeId(): bigint | undefined {
+    return this.from.shown()?.volumeId;
+  }
+
   /** How the picture came, where it has lost something on the way. */
   loss(): Loss | undefined {
     const shown = this.from.shown();
