@@ -61,8 +61,8 @@ struct ChangeMeasurements {
 struct ControlRelay {
   bool sends = false;
 };
-/// Puts a still into the queue for an archive. The picture is not part of the command: who gives it writes it
-/// once the command is accepted.
+/// Puts a still, a clip or a volume into the queue for an archive. The picture is not part of the command:
+/// who gives it writes it once the command is accepted.
 struct SendStill {};
 /// Asks for control, releases it, grants it, takes it over or keeps it.
 struct ChangeControl {

@@ -21,8 +21,6 @@ namespace {
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 constexpr std::uint32_t kColours = 3;
 
-using Jpegs = std::vector<std::vector<std::uint8_t>>;
-
 Error wrong_clip(std::string_view problem) {
   return {ErrorCode::kBadInput,
           fmt::format("{}, expected baseline JPEG files of one size for a clip", problem)};
@@ -32,7 +30,7 @@ unsigned word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   return (static_cast<unsigned>(bytes[at]) << 8U) | bytes[at + 1];
 }
 
-Result<Jpegs> read_files(std::span<const std::filesystem::path> files, JpegShape& shape) {
+Result<Jpegs> read_files(std::span<const std::filesystem::path> files) {
   Jpegs jpegs;
   std::size_t bytes = 0;
   for (const std::filesystem::path& path : files) {
@@ -44,12 +42,21 @@ Result<Jpegs> read_files(std::span<const std::filesystem::path> files, JpegShape
       return Error{ErrorCode::kNotFound, fmt::format("{} cannot be read, expected a JPEG file", name)};
     if (bytes > kMostBytes) return wrong_clip(fmt::format("the files have over {} bytes", kMostBytes));
     jpegs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    const auto found = jpeg_shape(jpegs.back());
-    if (!found) return Error{found.error().code, fmt::format("{}: {}", name, found.error().message)};
-    if (jpegs.size() == 1) shape = *found;
-    if (*found != shape) return wrong_clip(fmt::format("{} has another size than the first", name));
   }
   return jpegs;
+}
+
+/// `name_of`: of a JPEG by its index, for messages.
+template <typename Name>
+Result<JpegShape> common_shape(const Jpegs& jpegs, Name name_of) {
+  JpegShape shape;
+  for (std::size_t i = 0; i < jpegs.size(); ++i) {
+    const auto found = jpeg_shape(jpegs[i]);
+    if (!found) return Error{found.error().code, fmt::format("{}: {}", name_of(i), found.error().message)};
+    if (i == 0) shape = *found;
+    if (*found != shape) return wrong_clip(fmt::format("{} has another size than the first", name_of(i)));
+  }
+  return shape;
 }
 
 /// A basic offset table, and a fragment for each frame.
@@ -94,6 +101,27 @@ void add_clip(DicomFields& fields, const JpegShape& shape, std::size_t frames, d
   fields.whole(DCM_PixelRepresentation, 0);
 }
 
+Result<std::vector<std::uint8_t>> object_of(const Jpegs& jpegs, const JpegShape& shape,
+                                            double frames_per_second, DicomSeries& series) {
+  silence_dicom_log();
+  std::size_t bytes = 0;
+  constexpr std::size_t kItemBytes = 16;  // an item's head, a place in the offset table, a byte of padding
+  for (const std::vector<std::uint8_t>& jpeg : jpegs) bytes += jpeg.size() + kItemBytes;
+  const double plain =
+      static_cast<double>(shape.width) * shape.height * kColours * static_cast<double>(jpegs.size());
+  DcmFileFormat file;
+  bool failed = false;
+  DicomFields fields(*file.getDataset(), failed);
+  begin_object(fields, UID_UltrasoundMultiframeImageStorage, series);
+  add_clip(fields, shape, jpegs.size(), frames_per_second, plain / static_cast<double>(bytes));
+  failed = put_frames(*file.getDataset(), jpegs).bad() || failed;
+  return object_bytes(file, failed, EXS_JPEGProcess1, bytes);
+}
+
+Error no_clip() {
+  return {ErrorCode::kInvalidArgument, "a clip has no frames or no rate, expected both"};
+}
+
 }  // namespace
 
 Result<JpegShape> jpeg_shape(std::span<const std::uint8_t> jpeg) {
@@ -122,24 +150,18 @@ Result<JpegShape> jpeg_shape(std::span<const std::uint8_t> jpeg) {
 
 Result<std::vector<std::uint8_t>> clip_object(std::span<const std::filesystem::path> files,
                                               double frames_per_second, DicomSeries& series) {
-  if (files.empty() || !(frames_per_second > 0))
-    return Error{ErrorCode::kInvalidArgument, "a clip has no frames or no rate, expected both"};
-  silence_dicom_log();
-  JpegShape shape;
-  const auto jpegs = read_files(files, shape);
+  if (files.empty() || !(frames_per_second > 0)) return no_clip();
+  const auto jpegs = read_files(files);
   if (!jpegs) return jpegs.error();
-  std::size_t bytes = 0;
-  constexpr std::size_t kItemBytes = 16;  // an item's head, a place in the offset table, a byte of padding
-  for (const std::vector<std::uint8_t>& jpeg : *jpegs) bytes += jpeg.size() + kItemBytes;
-  const double plain =
-      static_cast<double>(shape.width) * shape.height * kColours * static_cast<double>(jpegs->size());
-  DcmFileFormat file;
-  bool failed = false;
-  DicomFields fields(*file.getDataset(), failed);
-  begin_object(fields, UID_UltrasoundMultiframeImageStorage, series);
-  add_clip(fields, shape, jpegs->size(), frames_per_second, plain / static_cast<double>(bytes));
-  failed = put_frames(*file.getDataset(), *jpegs).bad() || failed;
-  return object_bytes(file, failed, EXS_JPEGProcess1, bytes);
+  const auto shape = common_shape(*jpegs, [&](std::size_t i) { return printable(files[i].string()); });
+  return shape ? object_of(*jpegs, *shape, frames_per_second, series) : shape.error();
+}
+
+Result<std::vector<std::uint8_t>> clip_object(const Jpegs& jpegs, double frames_per_second,
+                                              DicomSeries& series) {
+  if (jpegs.empty() || !(frames_per_second > 0)) return no_clip();
+  const auto shape = common_shape(jpegs, [](std::size_t i) { return fmt::format("picture {}", i + 1); });
+  return shape ? object_of(jpegs, *shape, frames_per_second, series) : shape.error();
 }
 
 }  // namespace fanlight

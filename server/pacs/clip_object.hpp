@@ -23,10 +23,15 @@ struct JpegShape {
 /// kBadInput: it is no JPEG, or not baseline with 8 bits and three channels.
 Result<JpegShape> jpeg_shape(std::span<const std::uint8_t> jpeg);
 
+using Jpegs = std::vector<std::vector<std::uint8_t>>;
+
 /// The bytes of a DICOM file: Ultrasound Multi-frame Image (PS3.3 A.7), whose frames are these JPEG files as
 /// they are. `frames_per_second`: above 0. Advances the series. At most 1 GB in all, read into memory.
 /// kNotFound, kBadInput: a file is no baseline JPEG, or has another size than the first; kInvalidArgument.
 Result<std::vector<std::uint8_t>> clip_object(std::span<const std::filesystem::path> files,
                                               double frames_per_second, DicomSeries& series);
+/// The same of JPEG files in memory.
+Result<std::vector<std::uint8_t>> clip_object(const Jpegs& jpegs, double frames_per_second,
+                                              DicomSeries& series);
 
 }  // namespace fanlight

@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "acquisition/convert/dicom_volume.hpp"
@@ -94,9 +95,12 @@ class StillQueue::Work {
     return job;
   }
 
-  Result<std::vector<std::uint8_t>> still_object(const std::string& request) {
-    const auto still = parse_still_request(request);
-    if (!still) return still.error();
+  Result<std::vector<std::uint8_t>> picture_or_clip(const std::string& request) {
+    const auto parsed = parse_picture_request(request);
+    if (!parsed) return parsed.error();
+    if (const auto* const clip = std::get_if<ClipRequest>(&*parsed))
+      return clip_object(clip->jpegs, clip->pictures_per_second, series_of(clip->patient));
+    const auto* const still = std::get_if<StillRequest>(&*parsed);
     const RgbPicture& picture = still->picture;
     return picture_object({.width = picture.width,
                            .height = picture.height,
@@ -129,7 +133,7 @@ class StillQueue::Work {
 
   Result<void> put_in(const Job& job) try {
     const auto object =
-        job.volume.volume == nullptr ? still_object(job.request) : volume_object(job.volume, job.request);
+        job.volume.volume == nullptr ? picture_or_clip(job.request) : volume_object(job.volume, job.request);
     if (!object) return object.error();
     const auto staged = outbox_.stage(*object, "");
     if (!staged) return staged.error();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/pacs/still_request.hpp"
 
+#include <fmt/format.h>
 #include <openssl/evp.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ Error wrong_request(std::string sentence) {
 }
 
 /// RFC 4648, section 4.
-Result<std::vector<std::uint8_t>> decode_base64(const std::string& text) {
+Result<std::vector<std::uint8_t>> decode_base64(const std::string& text, std::string_view name) {
   constexpr std::size_t kCharacters = 4;  // for three bytes
   std::vector<std::uint8_t> bytes(text.size() / kCharacters * 3);
   const auto* from = reinterpret_cast<const unsigned char*>(text.data());
@@ -29,7 +30,8 @@ Result<std::vector<std::uint8_t>> decode_base64(const std::string& text) {
       !text.empty() && text.size() % kCharacters == 0 &&
       EVP_DecodeBlock(bytes.data(), from, static_cast<int>(text.size())) == static_cast<int>(bytes.size());
   if (!decoded)
-    return wrong_request("png is not in base64, expected a PNG file in base64 without line breaks");
+    return wrong_request(
+        fmt::format("{} is not in base64, expected a picture file in base64 without line breaks", name));
   bytes.resize(bytes.size() - static_cast<std::size_t>(std::min<std::ptrdiff_t>(
                                   2, std::count(text.end() - kCharacters, text.end(), '='))));
   return bytes;
@@ -50,6 +52,22 @@ Result<void> take_loss(const nlohmann::json& json, StillRequest& still) {
         R"(lossy is of another form, expected {"method": "jpeg" or "h264", "ratio": 1 to 100000})");
   still.lossy_method = method == "jpeg" ? "ISO_10918_1" : "ISO_14496_10";
   still.lossy_ratio = value;
+  return {};
+}
+
+Result<void> take_clip(const nlohmann::json& json, ClipRequest& clip) {
+  constexpr double kMostRate = 60;
+  const auto rate = json.value("pictures_per_second", nlohmann::json());
+  clip.pictures_per_second = rate.is_number() ? rate.get<double>() : 0;
+  if (!(clip.pictures_per_second >= 0.1 && clip.pictures_per_second <= kMostRate))
+    return wrong_request("pictures_per_second is no rate, expected 0.1 to 60");
+  for (const auto& jpeg : json["jpegs"]) {
+    auto file = jpeg.is_string() ? decode_base64(jpeg.get_ref<const std::string&>(), "jpegs")
+                                 : Result<std::vector<std::uint8_t>>(wrong_request(
+                                       "jpegs has something else than texts, expected files in base64"));
+    if (!file) return file.error();
+    clip.jpegs.push_back(*std::move(file));
+  }
   return {};
 }
 
@@ -89,16 +107,24 @@ Result<DicomIdentity> parse_volume_request(std::string_view body) {
   return take_patient(json["patient"]);
 }
 
-Result<StillRequest> parse_still_request(std::string_view body) {
+Result<PictureRequest> parse_picture_request(std::string_view body) {
   const auto json = is_flat(body) ? nlohmann::json::parse(body, nullptr, false) : nlohmann::json();
+  const bool has_patient = json.is_object() && json.contains("patient");
   const bool is_lossy = json.is_object() && json.contains("lossy");
-  const bool has_both = json.is_object() && json.size() == (is_lossy ? 3 : 2) && json.contains("patient") &&
-                        json.contains("png") && json["png"].is_string();
-  if (!has_both)
-    return wrong_request(R"(expected {"png": PICTURE IN BASE64, "patient": {"patient_id": ID}})");
+  const bool is_clip = has_patient && json.contains("jpegs") && json["jpegs"].is_array();
+  const bool is_still = has_patient && json.contains("png") && json["png"].is_string();
+  if (!(is_clip && json.size() == 3) && !(is_still && json.size() == (is_lossy ? 3 : 2)))
+    return wrong_request(
+        R"(expected {"png": PICTURE IN BASE64, "patient": {"patient_id": ID}}, or for a clip "jpegs": )"
+        R"([PICTURE, ...] and "pictures_per_second": NUMBER in place of "png")");
   auto patient = take_patient(json["patient"]);
   if (!patient) return patient.error();
-  const auto file = decode_base64(json["png"].get_ref<const std::string&>());
+  if (is_clip) {
+    ClipRequest clip{.patient = *std::move(patient)};
+    if (auto taken = take_clip(json, clip); !taken) return taken.error();
+    return PictureRequest(std::move(clip));
+  }
+  const auto file = decode_base64(json["png"].get_ref<const std::string&>(), "png");
   if (!file) return file.error();
   auto picture = read_png(*file);
   if (!picture) return picture.error();
@@ -106,7 +132,7 @@ Result<StillRequest> parse_still_request(std::string_view body) {
   if (is_lossy) {
     if (auto taken = take_loss(json["lossy"], still); !taken) return taken.error();
   }
-  return still;
+  return PictureRequest(std::move(still));
 }
 
 }  // namespace fanlight

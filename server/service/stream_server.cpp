@@ -247,7 +247,7 @@ void StreamServer::stop_without_sessions() {
 
 void StreamServer::close_audit() {
   if (const std::size_t stills = rest_api_.stills_under_way(); stills > 0) {
-    spdlog::warn("{} stills for the archive were under way at the end, and may be in its queue or not",
+    spdlog::warn("{} objects for the archive were under way at the end, and may be in its queue or not",
                  stills);
   }
   for (const auto& session : sessions_.all()) session->abandon();

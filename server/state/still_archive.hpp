@@ -17,7 +17,7 @@ struct VolumeToSend {
   std::int64_t acquired_utc_s = 0;  ///< seconds since 1970; 0: not known
 };
 
-/// Takes stills of displays, and volumes, for an archive. Server thread.
+/// Takes stills and clips of displays, and volumes, for an archive. Server thread.
 class StillArchive {
  public:
   struct Report {
@@ -33,8 +33,9 @@ class StillArchive {
   virtual Report report() const = 0;
 
   /// `request`: a JSON object with `png`, the picture in base64, and `patient`, as `fanlight worklist` saves
-  /// it. `done`: called later on the server thread, when the still is on the disk, or with an error:
-  /// kInvalidArgument or kBadInput for the request, kUnavailable for the disk.
+  /// it; or of a clip, `jpegs` and `pictures_per_second`. `done`: called later on the server thread, when the
+  /// still is on the disk, or with an error: kInvalidArgument or kBadInput for the request, kUnavailable for
+  /// the disk.
   virtual void add(std::string request, Done done) = 0;
 
   /// The same for a volume, scan converted. `request`: a JSON object with `volume`, which is the caller's,

@@ -107,6 +107,18 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     assert.ok(volume.includes("1.2.840.10008.5.1.4.1.1.6.2"), "an Enhanced US Volume");
     assert.ok(volume.includes("1.2.3.4") && volume.includes("P-18"), "of the order");
 
+    // A clip of what is shown.
+    await page.locator("#archive").click();
+    await box("What to send").selectOption("Clip of 5 s");
+    await button("Send").click();
+    assert.match(await dialog.locator("[type=submit]").textContent(), /^Recording, \d s left…$/);
+    await waiting(4);
+    await dialog.waitFor({ state: "hidden" });
+    const clip = readFileSync(join(queue, objectsIn(queue).sort()[3]), "latin1");
+    assert.ok(clip.includes("1.2.840.10008.5.1.4.1.1.3.1"), "an Ultrasound Multi-frame Image");
+    const pictures = clip.split("\xff\xd8\xff").length - 1;
+    assert.ok(pictures > 5 && pictures <= 51, `${pictures} pictures in five seconds`);
+
     // A refusal is shown in the form, and the form stays.
     await page.locator("#archive").click();
     await button("Other patient").click();
@@ -120,11 +132,11 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     await button("Cancel").click();
     await page.keyboard.press("s"); // keys of the page work again
     const log = readFileSync(audit, "utf8");
-    assert.equal(log.match(/"what":"archive"/g).length, 4);
+    assert.equal(log.match(/"what":"archive"/g).length, 5);
     assert.doesNotMatch(log, /P-17|Doe|Roe|1990/, "no patient in the log");
     assert.doesNotMatch(objectsIn(queue).join(), /Doe|P-1/);
     const metrics = await (await fetch(new URL("metrics", server.url))).text();
-    assert.match(metrics, /^fanlight_archive_stills_total 2$/m);
+    assert.match(metrics, /^fanlight_archive_stills_total 3$/m);
     // The browser reports the refused request.
     assert.equal(viewer.consoleProblems.filter((text) => !/400/.test(text)).length, 0, viewer.consoleProblems.join());
   };

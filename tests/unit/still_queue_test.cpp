@@ -12,6 +12,7 @@
 #include <array>
 #include <condition_variable>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -23,6 +24,7 @@
 #include <vector>
 
 #include "acquisition/convert/grid_volume.hpp"
+#include "server/codec/jpeg_coder.hpp"
 #include "server/codec/png_coder.hpp"
 #include "server/codec/png_reader.hpp"
 #include "server/pacs/still_queue.hpp"
@@ -61,6 +63,13 @@ std::string png(std::uint32_t width) {
   return base64(coded->bytes);
 }
 
+std::vector<std::uint8_t> jpeg(std::uint32_t width, std::uint8_t grey) {
+  const std::vector<std::uint8_t> rgba(std::size_t{4} * width * width, grey);
+  JpegCoder coder(90);
+  const auto coded = coder.encode({.width = width, .height = width, .rgba = rgba}, true);
+  return {coded->bytes.begin(), coded->bytes.end()};
+}
+
 std::string request(const json& patient, const std::string& picture = png(3)) {
   return json{{"png", picture}, {"patient", patient}}.dump();
 }
@@ -68,8 +77,10 @@ std::string request(const json& patient, const std::string& picture = png(3)) {
 TEST(StillRequest, HasAPictureAndAPatient) {
   // Files of other sizes, which end in one, two or no "=".
   for (const std::uint32_t width : {3, 4, 5, 64}) {
-    const auto still = parse_still_request(request({{"patient_id", "P1"}}, png(width)));
-    ASSERT_TRUE(still) << still.error().message;
+    const auto parsed = parse_picture_request(request({{"patient_id", "P1"}}, png(width)));
+    ASSERT_TRUE(parsed) << parsed.error().message;
+    const auto* const still = std::get_if<StillRequest>(&*parsed);
+    ASSERT_NE(still, nullptr);
     EXPECT_EQ(still->patient.patient_id, "P1");
     EXPECT_EQ(still->picture.width, width);
     EXPECT_EQ(still->picture.height, 2U);
@@ -150,7 +161,7 @@ TEST(StillRequest, RefusesOthersAndDoesNotRepeatThem) {
                                   request(patient, "AAAA"),
                                   request(patient, cut),
                                   request({{"Secret", "1"}, {"patient_id", "1"}})}) {
-    const auto still = parse_still_request(body);
+    const auto still = parse_picture_request(body);
     ASSERT_FALSE(still) << body.substr(0, 80);
     EXPECT_NE(still.error().code, ErrorCode::kUnavailable);
     EXPECT_NE(still.error().message.find("expected"), std::string::npos) << still.error().message;
@@ -267,6 +278,45 @@ TEST_F(StillQueueTest, AVolumeIsOfTheStudyOfThePatientsStills) {
     run_posted();
     EXPECT_FALSE(result) << wrong;
   }
+  EXPECT_EQ(files().size(), 2U);
+}
+
+TEST_F(StillQueueTest, AClipHasItsPicturesAsTheyAre) {
+  open();
+  const json patient = {{"patient_id", "P1"}};
+  const std::vector<std::uint8_t> first = jpeg(16, 10);
+  const std::vector<std::uint8_t> second = jpeg(16, 200);
+  const json body = {
+      {"jpegs", {base64(first), base64(second)}}, {"pictures_per_second", 8}, {"patient", patient}};
+  ASSERT_TRUE(add(body.dump()));
+  ASSERT_TRUE(add(request(patient)));
+  const auto found = files();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(text_of(found[0], DCM_SOPClassUID), UID_UltrasoundMultiframeImageStorage);
+  EXPECT_EQ(text_of(found[0], DCM_NumberOfFrames), "2");
+  EXPECT_EQ(text_of(found[0], DCM_FrameTime), "125");
+  EXPECT_EQ(text_of(found[0], DCM_SeriesInstanceUID), text_of(found[1], DCM_SeriesInstanceUID));
+  std::ifstream file(found[0], std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  for (const auto& each : {first, second})
+    EXPECT_NE(bytes.find(std::string(each.begin(), each.end())), std::string::npos);
+
+  const auto refused = [&](const char* key, const json& value, const char* expected) {
+    json wrong = body;
+    wrong[key] = value;
+    const auto added = add(wrong.dump());
+    ASSERT_FALSE(added) << wrong;
+    EXPECT_NE(added.error().message.find(expected), std::string::npos) << added.error().message;
+  };
+  refused("pictures_per_second", 0, "0.1 to 60");
+  refused("pictures_per_second", 61, "0.1 to 60");
+  refused("pictures_per_second", "8", "0.1 to 60");
+  refused("jpegs", json::array(), "no frames");
+  refused("jpegs", {1}, "base64");
+  refused("jpegs", {base64(first), "AAAA"}, "picture 2: it is no JPEG");
+  refused("jpegs", {base64(first), base64(jpeg(8, 10))}, "picture 2 has another size");
+  refused("jpegs", "", "in place of");
+  refused("png", png(3), "in place of");
   EXPECT_EQ(files().size(), 2U);
 }
 

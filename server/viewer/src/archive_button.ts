@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends a still or a volume to the hospital's archive: the server puts it into a queue on its disk.
+// Sends a still, a clip or a volume to the hospital's archive: the server puts it into a queue on its disk.
 import type { ArchiveForm } from "./archive_form";
 import { queueState } from "./archive_queue";
 
 export interface ArchiveEvents {
   /** The picture as PNG; undefined where there is none, which has been said. */
   still(): Promise<Blob> | undefined;
+  /** The picture of this moment, of a clip; undefined, without a word, where there is none. */
+  frame(): Promise<HTMLCanvasElement> | undefined;
   /** How the picture came, where it has lost something on the way. */
   loss(): Loss | undefined;
   /** The volume on show, where it is frozen for all displays. */

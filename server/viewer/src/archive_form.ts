@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The form that sends a still or a volume to the hospital's archive. Loaded when it is first opened (archive_button.ts).
+// The form that sends a still, a clip or a volume to the hospital's archive. Loaded when it is first opened (archive_button.ts).
 import { callApi } from "./api";
 import type { ArchiveEvents, Loss } from "./archive_button";
+import { kClipS, recordClip } from "./archive_clip";
 import { queueState, type QueueState } from "./archive_queue";
 import { element } from "./element";
 import { PatientForm } from "./patient_form";
@@ -14,9 +15,14 @@ export interface Sendable {
   volume: bigint | undefined;
 }
 
-const kPicture = "Sends the picture that was on show when this form opened.";
-const kVolume =
-  "Sends the echoes of the frozen volume, which other programs can slice and render. Measurements and notes are not in it.";
+type What = "picture" | "clip" | "volume";
+const kExplanations: Record<What, string> = {
+  picture: "Sends the picture that was on show when this form opened.",
+  clip: `Records what this display shows from now on, for ${kClipS} s, and sends it.`,
+  volume:
+    "Sends the echoes of the frozen volume, which other programs can slice and render. Measurements and notes are not in it.",
+};
+const kNames: Record<What, string> = { picture: "still", clip: "clip", volume: "volume" };
 const kFreezeFirst = "To send the volume, freeze the picture first.";
 
 export class ArchiveForm {
@@ -37,7 +43,11 @@ export class ArchiveForm {
     private readonly events: ArchiveEvents,
   ) {
     const title = element("h2", { id: "archive-title" }, "Send to the archive");
-    this.what.append(element("option", { value: "picture" }, "Picture"), this.volume);
+    this.what.append(
+      element("option", { value: "picture" }, "Picture"),
+      element("option", { value: "clip" }, `Clip of ${kClipS} s`),
+      this.volume,
+    );
     this.what.onchange = () => this.explain();
     const what = element("label", {}, this.what.ariaLabel!, this.what);
     this.cancel.onclick = () => this.dialog.close();
@@ -72,8 +82,8 @@ export class ArchiveForm {
   }
 
   private explain(): void {
-    const isVolume = this.what.value === "volume";
-    this.explanation.textContent = isVolume ? kVolume : kPicture + (this.volume.disabled ? ` ${kFreezeFirst}` : "");
+    const hint = this.volume.disabled ? ` ${kFreezeFirst}` : "";
+    this.explanation.textContent = kExplanations[this.what.value as What] + hint;
   }
 
   private tell({ waiting, refused }: QueueState): void {
@@ -91,17 +101,23 @@ export class ArchiveForm {
     this.send.textContent = isBusy ? "Sending…" : "Send";
   }
 
+  /** What is chosen, as the server takes it. */
+  private async object({ picture, loss, volume }: Sendable): Promise<object> {
+    if (this.what.value === "volume") return { volume: Number(volume) };
+    if (this.what.value === "picture") return { png: await textOf(await picture), ...(loss && { lossy: loss }) };
+    const left = (seconds: number) => (this.send.textContent = `Recording, ${seconds} s left…`);
+    const { jpegs, perSecond } = await recordClip(this.events.frame, left);
+    this.send.textContent = "Sending…";
+    return { jpegs: await Promise.all(jpegs.map(textOf)), pictures_per_second: perSecond };
+  }
+
   private async submit(): Promise<void> {
     const patient = this.patient.patient();
     if (!patient || !this.sendable) return;
-    const { picture, loss, volume } = this.sendable;
-    const isVolume = this.what.value === "volume";
-    const what = isVolume ? "volume" : "still";
+    const what = kNames[this.what.value as What];
     this.setBusy(true);
     try {
-      const object = isVolume
-        ? { volume: Number(volume) }
-        : { png: await base64Of(await picture), ...(loss && { lossy: loss }) };
+      const object = await this.object(this.sendable);
       await callApi("api/archive", { ...object, patient });
       this.dialog.close();
       this.events.sent(`The ${what} waits in the queue for the archive.`);
@@ -121,7 +137,8 @@ export class ArchiveForm {
   }
 }
 
-function base64Of(blob: Blob): Promise<string> {
+/** In base64. */
+function textOf(blob: Blob): Promise<string> {
   return new Promise((resolve, reject) => {
     const reader = new FileReader();
     reader.onload = () => resolve((reader.result as string).replace(/^[^,]*,/, ""));

@@ -10,13 +10,18 @@ export class OutwardButtons {
   private readonly archive: ArchiveButton;
 
   constructor(
-    overlay: { stillBlob: ArchiveEvents["still"]; loss: ArchiveEvents["loss"]; volumeId(): bigint | undefined },
+    overlay: Pick<ArchiveEvents, "loss"> & {
+      stillBlob: ArchiveEvents["still"];
+      stillCanvas: ArchiveEvents["frame"];
+      volumeId(): bigint | undefined;
+    },
     cine: { isFrozen: boolean },
     failed: (sentence: string) => void,
   ) {
     this.share = new ShareButton(page.share, failed);
     this.archive = new ArchiveButton(page.archive, {
       still: () => overlay.stillBlob(),
+      frame: () => overlay.stillCanvas(),
       loss: () => overlay.loss(),
       frozenVolume: () => (cine.isFrozen ? overlay.volumeId() : undefined),
       sent: bannerAt("#archived"),

@@ -28,7 +28,7 @@ import type { PlaneView } from "./plane_through";
 import { Scalpel } from "./scalpel";
 import { shownPlanes, sliceCamera } from "./shown_planes";
 import { steadyText } from "./steady_mark";
-import { stillOf } from "./still";
+import { pngOf, stillOf } from "./still";
 import { SurfacePoints } from "./surface_points";
 import { kTomography, planeDirections } from "./tomography";
 import type { Tool } from "./tools";
@@ -239,8 +239,21 @@ export class PictureOverlay {
 
   /** The picture as PNG; undefined where there is none, which it says. `withFoot`: with scale, source and time. */
   stillBlob(withFoot = true): Promise<Blob> | undefined {
-    const missing = page.frame.hidden ? "There is no picture yet." : this.from.isPreview() ? kPreview : "";
-    if (missing) return void this.from.failed(missing);
+    const missing = this.missing();
+    return missing ? void this.from.failed(missing) : pngOf(this.drawStill(withFoot));
+  }
+
+  /** The same to be drawn elsewhere; undefined, without a word, where there is none. */
+  stillCanvas(): Promise<HTMLCanvasElement> | undefined {
+    return this.missing() ? undefined : this.drawStill(true);
+  }
+
+  private missing(): string {
+    if (page.frame.hidden) return "There is no picture yet.";
+    return this.from.isPreview() ? kPreview : "";
+  }
+
+  private drawStill(withFoot: boolean): Promise<HTMLCanvasElement> {
     const shown = this.from.shown();
     const facts = {
       source: this.from.hello()?.title ?? "",

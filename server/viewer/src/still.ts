@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture as PNG, with its measurements and notes; and, if wanted, its scale, source and state below it.
+// The picture, with its measurements and notes; and, if wanted, its scale, source and state below it.
 
 import { kNotForDiagnosis } from "./measuring/measurement_list";
 import type { PictureNote } from "./picture_notes";
@@ -32,7 +32,11 @@ const kFootHeight = 44;
 const kBehindAlpha = 0.4; // as on the page
 const kBarTextWidth = 84; // of "200 mm", with margins
 
-export async function stillOf(canvas: HTMLCanvasElement, overlay: SVGSVGElement, facts: StillFacts): Promise<Blob> {
+export async function stillOf(
+  canvas: HTMLCanvasElement,
+  overlay: SVGSVGElement,
+  facts: StillFacts,
+): Promise<HTMLCanvasElement> {
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [
     canvas.width,
@@ -47,7 +51,12 @@ export async function stillOf(canvas: HTMLCanvasElement, overlay: SVGSVGElement,
   const needsSentence = measurements.length > 0 && !withFoot;
   drawMeasurements(context, canvas, needsSentence ? [...measurements, kNotForDiagnosis] : measurements);
   if (facts.withFoot) drawFoot(context, canvas, facts);
-  const blob = await new Promise<Blob | null>((resolve) => copy.toBlob(resolve, "image/png"));
+  return copy;
+}
+
+export async function pngOf(still: Promise<HTMLCanvasElement>): Promise<Blob> {
+  const canvas = await still;
+  const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, "image/png"));
   if (!blob) throw new Error("The browser cannot write this picture.");
   return blob;
 }
