@@ -131,7 +131,7 @@ void ServeOptions::add_access_options(CLI::App& command) {
   command
       .add_option(
           "--archive-queue", archive_queue,
-          "Folder for stills that operators send to a DICOM archive (PACS) from the page; `fanlight send "
+          "Folder for stills, clips and volumes that operators send to a DICOM archive (PACS) from the page; `fanlight send "
           "--queue FOLDER --follow` sends them. It shows patients: keep it on an encrypted disk")
       ->type_name("FOLDER");
 }
