@@ -129,10 +129,10 @@ void ServeOptions::add_access_options(CLI::App& command) {
                   "File for saved presets; by default presets.json in the user's state folder")
       ->type_name("FILE");
   command
-      .add_option(
-          "--archive-queue", archive_queue,
-          "Folder for stills, clips and volumes that operators send to a DICOM archive (PACS) from the page; `fanlight send "
-          "--queue FOLDER --follow` sends them. It shows patients: keep it on an encrypted disk")
+      .add_option("--archive-queue", archive_queue,
+                  "Folder for stills, clips and volumes that operators send to a DICOM archive (PACS) from "
+                  "the page; `fanlight send "
+                  "--queue FOLDER --follow` sends them. It shows patients: keep it on an encrypted disk")
       ->type_name("FOLDER");
 }
 

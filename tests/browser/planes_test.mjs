@@ -120,6 +120,19 @@ test("a handle turns the planes, and a button turns them back", async () => {
     await reaches(viewer, "slice.pitch_deg", 1, 0.01);
     await handleB.press("Shift+ArrowRight");
     await reaches(viewer, "slice.pitch_deg", -7, 0.01);
+
+    // A finger turns the first handle by a quarter, as the mouse did.
+    await click(viewer, "#reset-planes");
+    await reaches(viewer, "slice.pitch_deg", 0, 0.001);
+    const devtools = await viewer.page.context().newCDPSession(viewer.page);
+    const touch = (type, ...touchPoints) => devtools.send("Input.dispatchTouchEvent", { type, touchPoints });
+    await touch("touchStart", from);
+    for (const deg of [15, 30, 45, 60, 75, 90]) {
+      const [rad, radius] = [(deg * Math.PI) / 180, from.x - middle.x];
+      await touch("touchMove", { x: middle.x + radius * Math.cos(rad), y: middle.y - radius * Math.sin(rad) });
+    }
+    await touch("touchEnd");
+    await reaches(viewer, "slice.yaw_deg", 90, 0.5);
     assert.deepEqual(viewer.consoleProblems, []);
   });
 });
