@@ -40,6 +40,8 @@ void add_study(DicomFields& fields, const std::string& now, const std::string& a
     fields.empty(key);
   fields.text(DCM_SeriesInstanceUID, new_dicom_uid(SITE_SERIES_UID_ROOT));
   fields.text(DCM_SeriesNumber, "1");
+  fields.text(DCM_SeriesDescription,
+              fmt::format("Fanlight volume{}, not for diagnosis", source.is_simulated ? ", simulated" : ""));
   fields.text(DCM_InstanceNumber, "1");
   fields.text(DCM_Modality, "US");
   constexpr std::size_t kDateDigits = 8;
@@ -108,13 +110,14 @@ void add_image(DicomFields& fields, const GridVolume& grid, const DicomSource& s
        {DCM_MechanicalIndex, DCM_BoneThermalIndex, DCM_CranialThermalIndex, DCM_SoftTissueThermalIndex})
     fields.text(key, "0");
   for (const DcmTagKey& key : {DCM_AcquisitionDuration, DCM_DepthsOfFocus}) fields.numbers<1>(key, {0});
-  fields.text(
-      DCM_ImageComments,
-      fmt::format("Mechanical and thermal indices, durations and depths of focus are not known; 0 stands in "
-                  "their place.{}",
-                  source.acquired_utc_s > 0 ? ""
-                                            : " Nor is the time of acquisition: that of the conversion "
-                                              "stands there."));
+  fields.text(DCM_ImageComments, fmt::format("{}Not for diagnosis. Mechanical and thermal indices, durations "
+                                             "and depths of focus are not known; 0 stands in "
+                                             "their place.{}",
+                                             source.is_simulated ? "Simulated. " : "",
+                                             source.acquired_utc_s > 0
+                                                 ? ""
+                                                 : " Nor is the time of acquisition: that of the conversion "
+                                                   "stands there."));
   fields.code(DCM_TransducerScanPatternCodeSequence, "125242", "DCM", "Volume scan pattern");
 }
 

@@ -18,6 +18,7 @@ struct DicomSource {
   FanGeometry geometry;
   std::int64_t acquired_utc_s = 0;  ///< seconds since 1970; 0: not known
   DicomIdentity identity;
+  bool is_simulated = false;
   /// When the study began, seconds since 1970; 0: not known. Absent: with the acquisition.
   std::optional<std::int64_t> study_began_utc_s{};
 };

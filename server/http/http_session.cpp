@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::uint32_t kLargestHeaderBytes = 8 << 10;
 constexpr std::uint64_t kLargestBodyBytes = 64 << 10;
-constexpr std::uint64_t kLargestStillBytes = 16 << 20;  // a picture in base64; for operators
+constexpr std::uint64_t kLargestObjectBytes = 16 << 20;  // a picture in base64; for operators
 constexpr auto kRequestTime = std::chrono::seconds(10);
 constexpr auto kStillTime = std::chrono::seconds(60);
 constexpr auto kDrainTime = std::chrono::seconds(2);
@@ -67,7 +67,7 @@ bool is_guarded(std::string_view path) {
   return path == "/metrics" || path.starts_with("/api/");
 }
 
-bool sends_still(const HttpSession::Request& request) {
+bool sends_object(const HttpSession::Request& request) {
   return request.method() == http::verb::post && path_of(request) == "/api/archive";
 }
 
@@ -108,7 +108,7 @@ void HttpSession::read() {
   parser_.emplace();
   sender_.reset();
   parser_->header_limit(kLargestHeaderBytes);
-  parser_->body_limit(kLargestStillBytes);  // until the header says whose body it is
+  parser_->body_limit(kLargestObjectBytes);  // until the header says whose body it is
   beast::get_lowest_layer(connection_).expires_after(kRequestTime);
   http::async_read_header(connection_, incoming_, *parser_,
                           [self = shared_from_this()](beast::error_code failure, std::size_t /*bytes*/) {
@@ -131,13 +131,13 @@ void HttpSession::header_received(beast::error_code failure) {
 }
 
 std::optional<HttpSession::Response> HttpSession::refusal_before_body() {
-  if (sends_still(parser_->get())) return refuse_or_admit_still();
+  if (sends_object(parser_->get())) return refuse_or_admit_object();
   if (parser_->content_length().value_or(0) > kLargestBodyBytes) return too_large("the body is too large");
   parser_->body_limit(kLargestBodyBytes);
   return std::nullopt;
 }
 
-std::optional<HttpSession::Response> HttpSession::refuse_or_admit_still() {
+std::optional<HttpSession::Response> HttpSession::refuse_or_admit_object() {
   const Request& header = parser_->get();
   if (auto rejected = rejection(header)) return rejected;
   const auto last = [](Response response) {
@@ -148,7 +148,7 @@ std::optional<HttpSession::Response> HttpSession::refuse_or_admit_still() {
   if (!principal) return last(unauthenticated(principal.error()));
   if (!*principal) return last(respond(header, *principal));
   permit_.authenticated();
-  auto admission = dependencies_.rest_api.admit_still(header, **principal);
+  auto admission = dependencies_.rest_api.admit_object(header, **principal);
   if (admission.refusal) {
     dependencies_.state.counters.requests_refused.add();
     return last(*std::move(admission.refusal));
@@ -191,7 +191,7 @@ HttpSession::Response HttpSession::too_large(const std::string& problem) {
       http::status::bad_request,
       fmt::format("the request could not be read ({}), expected at most {} bytes of header and {} of body",
                   problem, kLargestHeaderBytes,
-                  sends_still(parser_->get()) ? kLargestStillBytes : kLargestBodyBytes));
+                  sends_object(parser_->get()) ? kLargestObjectBytes : kLargestBodyBytes));
 }
 
 HttpSession::Response HttpSession::unauthenticated(const Error& reason) {
@@ -205,8 +205,8 @@ HttpSession::Response HttpSession::unauthenticated(const Error& reason) {
 void HttpSession::serve(Request request) {
   if (auto rejected = rejection(request)) return send(std::move(*rejected));
   if (const auto sender = std::exchange(sender_, std::nullopt)) {
-    return dependencies_.rest_api.send_still(std::move(request.body()), sender->principal, sender->permit,
-                                             answer_of(request));
+    return dependencies_.rest_api.send_object(std::move(request.body()), sender->principal, sender->permit,
+                                              answer_of(request));
   }
   auto principal = authenticate(request);
   if (!principal) return reply(request, unauthenticated(principal.error()));
@@ -415,7 +415,7 @@ void HttpSession::send(Response response) {
 void HttpSession::sent() {
   if (response_->keep_alive()) return read();
   if (!parser_->is_header_done() || parser_->is_done()) return close();
-  const std::uint64_t unread = parser_->content_length_remaining().value_or(kLargestStillBytes);
+  const std::uint64_t unread = parser_->content_length_remaining().value_or(kLargestObjectBytes);
   if (unread <= incoming_.size()) return close();
   beast::get_lowest_layer(connection_).expires_after(kDrainTime);
   drain(unread - incoming_.size());

@@ -50,8 +50,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void header_received(boost::beast::error_code failure);
   /// The refusal of a request whose body is not worth reading; else nothing.
   std::optional<Response> refusal_before_body();
-  /// The same for one that sends a still, which alone may have a large body: sets `sender_`.
-  std::optional<Response> refuse_or_admit_still();
+  /// The same for one that sends an object to the archive, which alone may have a large body: sets `sender_`.
+  std::optional<Response> refuse_or_admit_object();
   /// Tells the client to send the body that it holds back.
   void send_continue();
   void read_body();
@@ -94,9 +94,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<boost::beast::http::response<boost::beast::http::empty_body>> continue_;
   struct Sender {
     Principal principal;
-    RestApi::StillPermit permit;
+    ArchiveSender::Permit permit;
   };
-  std::optional<Sender> sender_;  // of the still whose body is read
+  std::optional<Sender> sender_;  // of the object whose body is read
   std::string login_reason_;      // why the certificate shown does not suffice; empty: none was shown
   bool without_body_ = false;     // the response to a HEAD request
 };

@@ -53,16 +53,6 @@ ordered_json state_json(const NumberedScene& scene) {
   return {{"revision", scene.revision}, {"scene", scene_json(scene.scene)}};
 }
 
-/// Which volume such a body asks to send to the archive; null: it has a picture. It may be 16 MB, most of
-/// them the picture's.
-json wanted_volume(std::string_view body) {
-  constexpr std::size_t kMostBytes = 65'536;
-  if (body.size() > kMostBytes) return nullptr;
-  const json read = json::parse(body, nullptr, false);
-  if (!read.is_object() || !read.contains("volume")) return nullptr;
-  return read["volume"].is_null() ? json(false) : read["volume"];
-}
-
 /// The HTTP status of a refused command.
 http::status status_of(const ClientCommand& command, const CommandResult& result) {
   using Refused = CommandResult::Refused;
@@ -138,7 +128,7 @@ RestApi::Response RestApi::respond(const Request& request, std::string_view path
        [&] { return control_cine(request, principal); }},
       {"/api/rtp", [&] { return relay(principal); }, http::verb::post,
        [&] { return control_relay(request, principal); }},
-      // A POST goes to send_still() in place of here; the row says that there is one.
+      // A POST goes to send_object() in place of here; the row says that there is one.
       {"/api/archive", [&] { return archive(); }, http::verb::post, [&] { return archive(); }},
   }};
   if (path == "/api/picture.png" || path == "/api/surface.html") return wrong_method("GET", "GET, HEAD");
@@ -312,7 +302,7 @@ RestApi::Response RestApi::archive() const {
       {{"available", report.available}, {"waiting", report.waiting}, {"refused", report.refused}});
 }
 
-RestApi::Admission RestApi::admit_still(const Request& header, const Principal& principal) {
+RestApi::Admission RestApi::admit_object(const Request& header, const Principal& principal) {
   if (!is_json(header)) {
     return {.permit = nullptr,
             .refusal =
@@ -324,81 +314,16 @@ RestApi::Admission RestApi::admit_still(const Request& header, const Principal& 
     permitted = true;
     return Response();
   });
-  if (permitted && *stills_under_way_ == kMostStills) {
-    constexpr auto kReason = "the last stills are still being written, expected a later request";
+  auto permit = permitted ? archive_sender_.admit() : nullptr;
+  if (permitted && permit == nullptr) {
+    constexpr auto kReason = "the last objects are still being written, expected a later request";
     dependencies_.state.counters.archive_refusals.add();
     dependencies_.audit.note(principal, {.what = "archive", .result = std::string("refused: ") + kReason},
                              nullptr);
-    permitted = false;
     refused = refusal(http::status::service_unavailable, kReason);
   }
-  if (!permitted) return {.permit = nullptr, .refusal = std::move(refused)};
-  ++*stills_under_way_;
-  return {.permit = StillPermit(this, [count = stills_under_way_](void*) { --*count; })};
-}
-
-void RestApi::send_still(std::string body, const Principal& principal, const StillPermit& permit,
-                         const Answer& answer) {
-  const auto sending = std::make_shared<Sending>(
-      Sending{.body = std::move(body), .principal = principal, .permit = permit, .answer = answer});
-  if (const json wanted = wanted_volume(sending->body); !wanted.is_null()) {
-    sending->is_volume = true;
-    return send_volume(sending, wanted);
-  }
-  dependencies_.state.archive->add(
-      sending->body, [this, sending](const Result<void>& added) { sent_still(*sending, added); });
-}
-
-/// `wanted`: "shown", or the number of the volume that must be shown.
-void RestApi::send_volume(const std::shared_ptr<Sending>& sending, const json& wanted) {
-  const auto refuse = [this, sending](ErrorCode code, const char* sentence) {
-    sent_still(*sending, Error{code, sentence});
-  };
-  if (wanted != "shown" && !wanted.is_number_unsigned())
-    return refuse(ErrorCode::kInvalidArgument, R"(volume is of another form, expected "shown" or a number)");
-  const auto copied = [this, sending, refuse, wanted](VolumeCopier::Copy copy) {
-    using Outcome = VolumeCopier::Outcome;
-    if (copy.outcome == Outcome::kNoVolume)
-      return refuse(ErrorCode::kNotFound, "there is no volume yet, expected one that is shown");
-    if (copy.outcome == Outcome::kNoMemory)
-      return refuse(ErrorCode::kUnavailable, "there is no memory for the volume, expected a later request");
-    if (copy.outcome == Outcome::kBusy) return refuse(ErrorCode::kUnavailable, kRendererBusySentence);
-    const VolumeStamp& stamp = copy.volume->stamp();
-    if (wanted.is_number() && wanted.get<std::uint64_t>() != stamp.volume_id)
-      return refuse(ErrorCode::kNotFound,
-                    "another volume is shown by now, expected the one on show; freeze it first");
-    const bool is_live = dependencies_.state.frame_origin() != FrameOrigin::kRecording;
-    const std::int64_t age_s = (now_ns() - stamp.first_capture_time_ns) / 1'000'000'000;
-    dependencies_.state.archive->add_volume(
-        {.volume = std::move(copy.volume), .acquired_utc_s = is_live ? utc_now_s() - age_s : 0},
-        sending->body, [this, sending](const Result<void>& added) { sent_still(*sending, added); });
-  };
-  std::shared_ptr<Volume> no_memory_yet;
-  if (!dependencies_.state.volumes.copy(EncoderLane::kBackground, no_memory_yet, copied))
-    refuse(ErrorCode::kUnavailable, kRendererBusySentence);
-}
-
-void RestApi::sent_still(const Sending& sending, const Result<void>& added) {
-  ServerCounters& counters = dependencies_.state.counters;
-  const bool failed = !added && added.error().code == ErrorCode::kUnavailable;
-  Counter& count = failed              ? counters.archive_failures
-                   : !added            ? counters.archive_refusals
-                   : sending.is_volume ? counters.archive_volumes
-                                       : counters.archive_stills;
-  count.add();
-  const std::string result =
-      added ? "done" : fmt::format("{}: {}", failed ? "failed" : "refused", added.error().message);
-  const char* const object = sending.is_volume ? "volume" : "still";
-  dependencies_.audit.note(sending.principal, {.what = "archive", .result = result},
-                           {{"object", object}, {"bytes", sending.body.size()}});
-  if (failed)
-    spdlog::error("a {} could not be put into the queue for the archive: {}", object, added.error().message);
-  if (added) return sending.answer(json_response(http::status::accepted, {{"taken", true}}));
-  const bool conflicts = added.error().code == ErrorCode::kNotFound;
-  sending.answer(refusal(failed      ? http::status::service_unavailable
-                         : conflicts ? http::status::conflict
-                                     : http::status::bad_request,
-                         added.error().message));
+  if (permit == nullptr) return {.permit = nullptr, .refusal = std::move(refused)};
+  return {.permit = std::move(permit)};
 }
 
 // ---- pictures
@@ -467,6 +392,7 @@ void RestApi::make_shared_page(const Principal& principal, const Answer& answer)
 }
 
 void RestApi::answer_waiting(std::int64_t now_ns) {
+  archive_sender_.end_late(now_ns);
   if (waiting_.empty()) return;
   const bool there_is_one = dependencies_.hub.newest_picture() != nullptr;
   const auto is_due = [&](const Waiting& each) { return there_is_one || now_ns >= each.until_ns; };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -15,6 +14,7 @@
 #include "server/access/role.hpp"
 #include "server/command/command_executor.hpp"
 #include "server/http/api_response.hpp"
+#include "server/http/archive_sender.hpp"
 #include "server/state/server_state.hpp"
 #include "server/stream/picture_hub.hpp"
 
@@ -36,8 +36,8 @@ namespace fanlight {
 ///   POST  /api/cine          {"wish": "freeze"}, "live", "play", "step=-1", ...: see cine_request()
 ///   GET   /api/rtp           the RTP receiver: whether pictures are sent, how they arrive; for an admin, SDP
 ///   POST  /api/rtp           {"wish": "start"} or "stop"; for an admin
-///   GET   /api/archive       whether stills can be sent to an archive, and how many wait, as JSON
-///   POST  /api/archive       {"png": BASE64, "patient": {...}}: puts a still into the queue; for an operator
+///   GET   /api/archive       whether objects can be sent to an archive, and how many wait, as JSON
+///   POST  /api/archive       puts a still, a clip or the volume on show into the queue; for an operator
 ///
 /// Server thread only.
 class RestApi {
@@ -53,7 +53,8 @@ class RestApi {
     AuditLog& audit;
   };
   using Answer = std::function<void(Response)>;
-  explicit RestApi(const Dependencies& dependencies) : dependencies_(dependencies) {}
+  explicit RestApi(const Dependencies& dependencies)
+      : dependencies_(dependencies), archive_sender_(dependencies.state, dependencies.audit) {}
 
   /// `path`: of the request, from "/api/" on, without the query.
   Response respond(const Request& request, std::string_view path, const Principal& principal);
@@ -67,27 +68,27 @@ class RestApi {
   /// this server. For operators; audited. Waits for a picture as picture() does.
   void shared_surface(const Principal& principal, const Answer& answer, std::int64_t now_ns);
 
-  /// Of a POST of /api/archive: one of kMostStills, until the last copy ends.
-  using StillPermit = std::shared_ptr<void>;
-  static constexpr std::size_t kMostStills = 4;
   struct Admission {
-    StillPermit permit;  ///< null: refused
+    ArchiveSender::Permit permit;  ///< null: refused
     std::optional<Response> refusal{};
   };
-  /// Judges the header of such a request: its body is large.
-  Admission admit_still(const Request& header, const Principal& principal);
-  /// The answer to it, once the still, or the volume that it asks for, is on the disk. Audited, without the
-  /// patient.
-  void send_still(std::string body, const Principal& principal, const StillPermit& permit,
-                  const Answer& answer);
-  /// How many have a permit.
-  std::size_t stills_under_way() const { return *stills_under_way_; }
+  /// Judges the header of a POST of /api/archive: its body is large.
+  Admission admit_object(const Request& header, const Principal& principal);
+  /// The answer to it, once the object is on the disk. See ArchiveSender::send().
+  void send_object(std::string body, const Principal& principal, const ArchiveSender::Permit& permit,
+                   const Answer& answer) {
+    archive_sender_.send(std::move(body), principal, permit, answer);
+  }
+  std::size_t objects_under_way() const { return archive_sender_.under_way(); }
 
   /// Answers those who wait for a picture, where there is one now, or where they have waited long enough.
   /// Call it after every picture, and once a second.
   void answer_waiting(std::int64_t now_ns);
   /// Lets those who wait go without an answer: the server ends.
-  void abandon() { waiting_.clear(); }
+  void abandon() {
+    waiting_.clear();
+    archive_sender_.abandon();
+  }
 
  private:
   Response scene() const;
@@ -123,21 +124,10 @@ class RestApi {
   void once_rendered(const Answer& answer, std::int64_t now_ns, const std::function<void()>& then);
   void encode_picture(const Principal& principal, const Answer& answer);
   void make_shared_page(const Principal& principal, const Answer& answer);
-  /// What becomes of a still or a volume for the archive.
-  struct Sending {
-    std::string body;
-    Principal principal;
-    StillPermit permit;
-    Answer answer;
-    bool is_volume = false;
-  };
-  void send_volume(const std::shared_ptr<Sending>& sending, const nlohmann::json& wanted);
-  void sent_still(const Sending& sending, const Result<void>& added);
 
   Dependencies dependencies_;
   std::vector<Waiting> waiting_;
-  // Apart, because a permit may end after this object.
-  std::shared_ptr<std::atomic<std::size_t>> stills_under_way_ = std::make_shared<std::atomic<std::size_t>>(0);
+  ArchiveSender archive_sender_;
 };
 
 }  // namespace fanlight

@@ -8,6 +8,8 @@
 #include <dcmtk/dcmdata/dcpxitem.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -28,6 +30,14 @@ Error wrong_clip(std::string_view problem) {
 
 unsigned word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   return (static_cast<unsigned>(bytes[at]) << 8U) | bytes[at + 1];
+}
+
+/// Whether there is an end of the image; a few bytes may follow.
+bool has_end(std::span<const std::uint8_t> jpeg) {
+  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
+  constexpr std::size_t kMostAfter = 256;
+  const auto tail = jpeg.last(std::min(jpeg.size(), kMostAfter));
+  return !std::ranges::search(tail, kEnd).empty();
 }
 
 Result<Jpegs> read_files(std::span<const std::filesystem::path> files) {
@@ -129,6 +139,7 @@ Result<JpegShape> jpeg_shape(std::span<const std::uint8_t> jpeg) {
   constexpr unsigned kBaseline = 0xFFC0;
   constexpr unsigned kScan = 0xFFDA;
   if (jpeg.size() < 4 || word_at(jpeg, 0) != kStart) return wrong_clip("it is no JPEG");
+  if (!has_end(jpeg)) return wrong_clip("it is cut off");
   for (std::size_t at = 2; at + 9 < jpeg.size();) {
     const unsigned marker = word_at(jpeg, at);
     if (marker == 0xFFFF) {  // a fill byte

@@ -25,7 +25,7 @@ namespace fanlight {
 
 namespace {
 
-/// After such a pause, a still of the same patient belongs to another examination.
+/// After such a pause, an object of the same patient belongs to another examination.
 constexpr std::chrono::hours kLongestPause{4};
 constexpr std::chrono::seconds kCountAgain{2};
 constexpr std::chrono::milliseconds kNoMemoryPause{10};
@@ -82,7 +82,7 @@ class StillQueue::Work {
   struct Examination {
     DicomIdentity patient;
     DicomSeries series;
-    std::chrono::steady_clock::time_point last_still;
+    std::chrono::steady_clock::time_point last_object;
   };
 
   /// The next one; an empty one after a while, to count again; nothing at the end.
@@ -95,19 +95,26 @@ class StillQueue::Work {
     return job;
   }
 
-  Result<std::vector<std::uint8_t>> picture_or_clip(const std::string& request) {
+  struct MadeObject {
+    ArchivedObject kind = ArchivedObject::kStill;
+    Result<std::vector<std::uint8_t>> bytes;
+  };
+
+  MadeObject picture_or_clip(const std::string& request) {
     const auto parsed = parse_picture_request(request);
-    if (!parsed) return parsed.error();
-    if (const auto* const clip = std::get_if<ClipRequest>(&*parsed))
-      return clip_object(clip->jpegs, clip->pictures_per_second, series_of(clip->patient));
+    if (!parsed) return {.bytes = parsed.error()};
+    if (const auto* const clip = std::get_if<ClipRequest>(&*parsed)) {
+      return {.kind = ArchivedObject::kClip,
+              .bytes = clip_object(clip->jpegs, clip->pictures_per_second, series_of(clip->patient))};
+    }
     const auto* const still = std::get_if<StillRequest>(&*parsed);
     const RgbPicture& picture = still->picture;
-    return picture_object({.width = picture.width,
-                           .height = picture.height,
-                           .rgb = picture.rgb,
-                           .lossy_ratio = still->lossy_ratio,
-                           .lossy_method = still->lossy_method},
-                          series_of(still->patient));
+    return {.bytes = picture_object({.width = picture.width,
+                                     .height = picture.height,
+                                     .rgb = picture.rgb,
+                                     .lossy_ratio = still->lossy_ratio,
+                                     .lossy_method = still->lossy_method},
+                                    series_of(still->patient))};
   }
 
   /// Of the study of the patient's stills.
@@ -128,31 +135,36 @@ class StillQueue::Work {
     return grid_dicom(*grid, {.geometry = sent.volume->geometry(),
                               .acquired_utc_s = sent.acquired_utc_s,
                               .identity = series.identity,
+                              .is_simulated = sent.is_simulated,
                               .study_began_utc_s = series.study_began.value_or(0)});
   }
 
-  Result<void> put_in(const Job& job) try {
-    const auto object =
-        job.volume.volume == nullptr ? picture_or_clip(job.request) : volume_object(job.volume, job.request);
-    if (!object) return object.error();
-    const auto staged = outbox_.stage(*object, "");
+  Result<ArchivedObject> put_in(const Job& job) try {
+    const bool is_volume = job.volume.volume != nullptr;
+    const MadeObject made = is_volume ? MadeObject{.kind = ArchivedObject::kVolume,
+                                                   .bytes = volume_object(job.volume, job.request)}
+                                      : picture_or_clip(job.request);
+    if (!made.bytes) return made.bytes.error();
+    const auto staged = outbox_.stage(*made.bytes, "");
     if (!staged) return staged.error();
-    auto published = outbox_.publish({&*staged, 1});
-    if (!published) Outbox::discard({&*staged, 1});
-    return published;
+    if (auto published = outbox_.publish({&*staged, 1}); !published) {
+      Outbox::discard({&*staged, 1});
+      return published.error();
+    }
+    return made.kind;
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::kUnavailable, "there is no memory for it, expected a later request"};
+    return Error{ErrorCode::kUnavailable, "there is no memory for the object, expected a later request"};
   }
 
-  /// One series for the stills of an examination.
+  /// One series for the stills and clips of an examination.
   DicomSeries& series_of(const DicomIdentity& patient) {
     const auto now = std::chrono::steady_clock::now();
     std::erase_if(examinations_,
-                  [&](const Examination& each) { return now - each.last_still > kLongestPause; });
+                  [&](const Examination& each) { return now - each.last_object > kLongestPause; });
     auto found = std::ranges::find(examinations_, patient, &Examination::patient);
     if (found == examinations_.end())
       found = examinations_.insert(found, Examination{patient, DicomSeries::begin(patient), now});
-    found->last_still = now;
+    found->last_object = now;
     return found->series;
   }
 
@@ -209,6 +221,11 @@ StillArchive::Report StillQueue::report() const {
 
 void StillQueue::add(std::string request, Done done) {
   work_->push({}, std::move(request), std::move(done));
+}
+
+Result<void> StillQueue::check_volume_request(const std::string& request) const {
+  const auto patient = parse_volume_request(request);
+  return patient ? Result<void>() : patient.error();
 }
 
 void StillQueue::add_volume(VolumeToSend volume, std::string request, Done done) {

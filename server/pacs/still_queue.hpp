@@ -29,6 +29,7 @@ class StillQueue : public StillArchive {
 
   Report report() const override;
   void add(std::string request, Done done) override;
+  Result<void> check_volume_request(const std::string& request) const override;
   void add_volume(VolumeToSend volume, std::string request, Done done) override;
 
  private:

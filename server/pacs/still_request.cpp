@@ -71,9 +71,12 @@ Result<void> take_clip(const nlohmann::json& json, ClipRequest& clip) {
   return {};
 }
 
-/// A parser would take forty times the memory of a body that is nested at each character.
+/// A parser would take forty times the memory of a body that is nested at each character, or has an element
+/// at each.
 bool is_flat(std::string_view json) {
   constexpr int kMostDepth = 2;
+  constexpr int kMostCommas = 1000;
+  int commas = 0;
   int depth = 0;
   bool in_text = false;
   for (std::size_t at = 0; at < json.size() && depth <= kMostDepth; ++at) {
@@ -86,6 +89,8 @@ bool is_flat(std::string_view json) {
       ++depth;
     } else if (!in_text && (c == '}' || c == ']')) {
       --depth;
+    } else if (!in_text && c == ',' && ++commas > kMostCommas) {
+      return false;
     }
   }
   return depth <= kMostDepth;

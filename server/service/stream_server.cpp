@@ -237,7 +237,7 @@ void StreamServer::end(const std::string& reason) {
 
 void StreamServer::stop_without_sessions() {
   const bool all_left =
-      sessions_.all().empty() && (!igtl_ || igtl_->clients() == 0) && rest_api_.stills_under_way() == 0;
+      sessions_.all().empty() && (!igtl_ || igtl_->clients() == 0) && rest_api_.objects_under_way() == 0;
   if (now_ns() >= end_until_ns_ || all_left) return stop();
   end_pause_.expires_after(std::chrono::milliseconds(10));
   end_pause_.async_wait([this, link = end_chain_.link()](boost::system::error_code stopped) {
@@ -246,9 +246,9 @@ void StreamServer::stop_without_sessions() {
 }
 
 void StreamServer::close_audit() {
-  if (const std::size_t stills = rest_api_.stills_under_way(); stills > 0) {
+  if (const std::size_t objects = rest_api_.objects_under_way(); objects > 0) {
     spdlog::warn("{} objects for the archive were under way at the end, and may be in its queue or not",
-                 stills);
+                 objects);
   }
   for (const auto& session : sessions_.all()) session->abandon();
   const bool written = audit_.close();

@@ -79,7 +79,7 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     await page.locator("#archive").click();
     await dialog.waitFor({ state: "visible" });
     assert.equal(await dialog.locator("option[value=volume]").evaluate((option) => option.disabled), true);
-    assert.match(await dialog.textContent(), /freeze the picture first/);
+    assert.match(await dialog.locator("option[value=volume]").textContent(), /freeze the picture first/);
     await button("Cancel").click();
     await page.keyboard.press("Space");
     await until(
@@ -111,13 +111,18 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     await page.locator("#archive").click();
     await box("What to send").selectOption("Clip of 5 s");
     await button("Send").click();
-    assert.match(await dialog.locator("[type=submit]").textContent(), /^Recording, \d s left…$/);
+    await dialog.waitFor({ state: "hidden" }); // the picture can be seen
     await waiting(4);
-    await dialog.waitFor({ state: "hidden" });
+    await until(
+      "the end of the clip",
+      () => page.locator("#archived").textContent(),
+      (text) => /The clip of 5\.0 s waits in the queue/.test(text),
+    );
+    assert.equal(await page.locator("#archive").textContent(), "Send");
     const clip = readFileSync(join(queue, objectsIn(queue).sort()[3]), "latin1");
     assert.ok(clip.includes("1.2.840.10008.5.1.4.1.1.3.1"), "an Ultrasound Multi-frame Image");
     const pictures = clip.split("\xff\xd8\xff").length - 1;
-    assert.ok(pictures > 5 && pictures <= 51, `${pictures} pictures in five seconds`);
+    assert.equal(pictures, 50, "ten a second, for five seconds");
 
     // A refusal is shown in the form, and the form stays.
     await page.locator("#archive").click();
@@ -133,6 +138,7 @@ test("a still goes to the queue under the patient that was typed in, or that of 
     await page.keyboard.press("s"); // keys of the page work again
     const log = readFileSync(audit, "utf8");
     assert.equal(log.match(/"what":"archive"/g).length, 5);
+    for (const object of ["still", "clip", "volume"]) assert.match(log, new RegExp(`"object":"${object}"`));
     assert.doesNotMatch(log, /P-17|Doe|Roe|1990/, "no patient in the log");
     assert.doesNotMatch(objectsIn(queue).join(), /Doe|P-1/);
     const metrics = await (await fetch(new URL("metrics", server.url))).text();

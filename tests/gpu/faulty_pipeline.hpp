@@ -33,6 +33,7 @@ class FaultyPipeline : public testing::Test {
     clear_gpu_faults();
     EXPECT_TRUE(eventually([this] { return thread_ == nullptr || thread_->end(kLongestNs); }));
     thread_.reset();
+    EXPECT_TRUE(wait_for_gpu_instances(instances_before_)) << "a device stays";
     EXPECT_EQ(messages_.value(), 0U) << "the validation layers reported messages, see above";
   }
 
@@ -58,7 +59,8 @@ class FaultyPipeline : public testing::Test {
   /// without a lock, and crash where another thread creates one (KhronosGroup/Vulkan-ValidationLayers, issue
   /// 4391). A device that hangs is not destroyed before the end of the test.
   Result<DeviceRenderer> remake(const NumberedScene& scene) {
-    if (!limits_) wait_for_gpu_instances(instances_before_);
+    const bool is_gone = limits_ || wait_for_gpu_instances(instances_before_);
+    EXPECT_TRUE(is_gone) << "the last device stays";
     return make(scene);
   }
 

@@ -137,10 +137,10 @@ std::uint64_t gpu_calls(GpuCall call) {
   return injector().calls[static_cast<std::size_t>(call)];
 }
 
-void wait_for_gpu_instances(int most) {
+bool wait_for_gpu_instances(int most) {
   Injector& all = injector();
   std::unique_lock lock(all.mutex);
-  all.instance_gone.wait_for(lock, std::chrono::seconds(20), [&] { return all.instances <= most; });
+  return all.instance_gone.wait_for(lock, std::chrono::minutes(1), [&] { return all.instances <= most; });
 }
 
 int gpu_instances() {
@@ -185,6 +185,7 @@ VKAPI_ATTR VkResult VKAPI_CALL vkCreateInstance(const VkInstanceCreateInfo* info
 VKAPI_ATTR void VKAPI_CALL vkDestroyInstance(VkInstance instance, const VkAllocationCallbacks* callbacks) {
   static const auto destroy = next<PFN_vkDestroyInstance>("vkDestroyInstance");
   destroy(instance, callbacks);
+  if (instance == VK_NULL_HANDLE) return;
   const std::scoped_lock lock(injector().mutex);
   --injector().instances;
   injector().instance_gone.notify_all();

@@ -52,8 +52,8 @@ std::uint64_t gpu_faults_so_far();
 /// Calls so far, with those that failed.
 std::uint64_t gpu_calls(GpuCall call);
 
-/// Blocks until the program has this many instances of Vulkan or fewer, for 20 s at most.
-void wait_for_gpu_instances(int most);
+/// Blocks until the program has this many instances of Vulkan or fewer, for a minute at most. Whether it has.
+bool wait_for_gpu_instances(int most);
 
 /// Instances of Vulkan that were created and not destroyed.
 int gpu_instances();

@@ -24,7 +24,7 @@ constexpr std::size_t kLargestStill = std::size_t{16} << 20;
 
 /// What the test wants of the queue, and what that was given.
 struct Wishes {
-  Result<void> added;
+  Result<ArchivedObject> added = ArchivedObject::kStill;
   bool is_slow = false;  // nothing is ever done
   std::atomic<std::size_t> bytes = 0;
   std::atomic<std::uint64_t> volume_id = 0;
@@ -42,10 +42,16 @@ class FakeQueue : public StillArchive {
     if (wishes_->is_slow) return kept_.push_back(std::move(done));
     post_([done = std::move(done), added = wishes_->added] { done(added); });
   }
+  Result<void> check_volume_request(const std::string& request) const override {
+    if (json::parse(request).contains("patient")) return {};
+    return Error{ErrorCode::kInvalidArgument, "no patient"};
+  }
   void add_volume(VolumeToSend volume, std::string request, Done done) override {
     wishes_->volume_id = volume.volume->stamp().volume_id;
     wishes_->acquired_utc_s = volume.acquired_utc_s;
-    add(std::move(request), std::move(done));
+    wishes_->bytes = request.size();
+    if (wishes_->is_slow) return kept_.push_back(std::move(done));
+    post_([done = std::move(done)] { done(ArchivedObject::kVolume); });
   }
 
  private:
@@ -141,7 +147,7 @@ TEST_F(ArchiveTest, WritesSomeAtATime) {
   wishes_->is_slow = true;
   boost::asio::io_context loop;
   std::vector<boost::asio::ip::tcp::socket> sockets;
-  for (std::size_t i = 0; i < RestApi::kMostStills; ++i) {
+  for (std::size_t i = 0; i < ArchiveSender::kMostRequests; ++i) {
     auto& socket = sockets.emplace_back(loop);
     socket.connect(server.endpoint());
     boost::asio::write(socket, boost::asio::buffer(std::string(
@@ -199,14 +205,58 @@ TEST_F(ArchiveTest, RefusesAVolumeThatIsNotOnShow) {
   const Answer other = volume_answer(server, 6);
   EXPECT_EQ(other.status, 409);
   EXPECT_NE(other.body.find("another volume"), std::string::npos) << other.body;
-  EXPECT_EQ(volume_answer(server, "shown", false).status, 409);
+  EXPECT_EQ(volume_answer(server, "shown", false).status, 503);
   for (const json& wrong : {json("next"), json(-1), json(1.5), json(nullptr), json::object()}) {
     const std::string body = json{{"volume", wrong}, {"patient", {{"patient_id", "P1"}}}}.dump();
     EXPECT_EQ(talk(server, "POST", "/api/archive", body).status, 400) << wrong;
   }
+  EXPECT_EQ(talk(server, "POST", "/api/archive", R"({"volume": "shown"})").status, 400) << "no patient";
   EXPECT_FALSE(server.has_volume_order());
+  // What is frozen, and not drawn, for want of displays.
+  server.report_cine({.state = CineStatus::State::kFrozen, .volumes = 2, .volume_id = 6});
+  const Answer old = volume_answer(server, "shown");
+  EXPECT_EQ(old.status, 503);
+  EXPECT_NE(old.body.find("not drawn yet"), std::string::npos) << old.body;
   EXPECT_EQ(server.counters().archive_volumes.value(), 0U);
-  EXPECT_EQ(server.counters().archive_refusals.value(), 7U);
+  EXPECT_EQ(server.counters().archive_refusals.value(), 9U);
+}
+
+TEST_F(ArchiveTest, SendsOneVolumeAtATime) {
+  auto server = start();
+  const std::string body = R"({"volume": "shown", "patient": {"patient_id": "P1"}})";
+  wishes_->is_slow = true;  // the first one is never written
+  auto first = std::async(std::launch::async, [&] {
+    boost::asio::io_context loop;
+    boost::asio::ip::tcp::socket socket(loop);
+    socket.connect(server.endpoint());
+    boost::asio::write(socket,
+                       boost::asio::buffer("POST /api/archive HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
+                                           "application/json\r\nContent-Length: " +
+                                           std::to_string(body.size()) + "\r\n\r\n" + body));
+    return socket.available();
+  });
+  server.answer_fluid(7);
+  first.get();
+  const Answer second = talk(server, "POST", "/api/archive", body);
+  EXPECT_EQ(second.status, 503);
+  EXPECT_NE(second.body.find("another volume is being written"), std::string::npos) << second.body;
+}
+
+TEST_F(ArchiveTest, AServerEndsWhileTheRendererHasNotAnswered) {
+  const std::string body = R"({"volume": "shown", "patient": {"patient_id": "P1"}})";
+  std::future<int> answer;
+  {
+    auto server = start();
+    answer = std::async(std::launch::async, [&server, body] {
+      try {
+        return static_cast<int>(talk(server, "POST", "/api/archive", body).status);
+      } catch (const std::exception&) {
+        return 0;  // the connection was closed
+      }
+    });
+    server.next_order<VolumeOrder>();
+  }
+  EXPECT_NE(answer.get(), 202);
 }
 
 }  // namespace

@@ -184,7 +184,10 @@ class StillQueueTest : public testing::Test {
   /// Adds a still, and waits for its result.
   Result<void> add(const std::string& body) {
     Result<void> result = Error{ErrorCode::kBroken, "not called"};
-    queue_->add(body, [&](const Result<void>& added) { result = added; });
+    queue_->add(body, [&](const Result<ArchivedObject>& added) {
+      result = added ? Result<void>() : added.error();
+      if (added) kind_ = *added;
+    });
     run_posted();
     return result;
   }
@@ -214,6 +217,7 @@ class StillQueueTest : public testing::Test {
     return text.c_str();
   }
 
+  ArchivedObject kind_{};  // of the last one that was added
   TemporaryFolder folder_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -249,9 +253,9 @@ TEST_F(StillQueueTest, AVolumeIsOfTheStudyOfThePatientsStills) {
   const auto volume = std::make_shared<const Volume>(
       made_volume(kSmallFan, angles_rad, [](const Point& at) { return at.y_mm > 40 ? 150 : 5; }));
   const std::string body = json{{"volume", "shown"}, {"patient", patient}}.dump();
-  Result<void> result = Error{ErrorCode::kBroken, "not called"};
+  Result<ArchivedObject> result = Error{ErrorCode::kBroken, "not called"};
   queue_->add_volume({.volume = volume, .acquired_utc_s = 86'400}, body,
-                     [&](const Result<void>& added) { result = added; });
+                     [&](const Result<ArchivedObject>& added) { result = added; });
   run_posted();
   ASSERT_TRUE(result) << result.error().message;
   const auto found = files();
@@ -274,7 +278,9 @@ TEST_F(StillQueueTest, AVolumeIsOfTheStudyOfThePatientsStills) {
 
   for (const json& wrong : {json({{"volume", 1}}), json({{"volume", 1}, {"patient", {{"sex", "F"}}}}),
                             json({{"volume", 1}, {"patient", patient}, {"png", ""}})}) {
-    queue_->add_volume({.volume = volume}, wrong.dump(), [&](const Result<void>& added) { result = added; });
+    EXPECT_FALSE(queue_->check_volume_request(wrong.dump())) << wrong;
+    queue_->add_volume({.volume = volume}, wrong.dump(),
+                       [&](const Result<ArchivedObject>& added) { result = added; });
     run_posted();
     EXPECT_FALSE(result) << wrong;
   }
@@ -289,7 +295,9 @@ TEST_F(StillQueueTest, AClipHasItsPicturesAsTheyAre) {
   const json body = {
       {"jpegs", {base64(first), base64(second)}}, {"pictures_per_second", 8}, {"patient", patient}};
   ASSERT_TRUE(add(body.dump()));
+  EXPECT_EQ(kind_, ArchivedObject::kClip);
   ASSERT_TRUE(add(request(patient)));
+  EXPECT_EQ(kind_, ArchivedObject::kStill);
   const auto found = files();
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(text_of(found[0], DCM_SOPClassUID), UID_UltrasoundMultiframeImageStorage);
@@ -312,8 +320,11 @@ TEST_F(StillQueueTest, AClipHasItsPicturesAsTheyAre) {
   refused("pictures_per_second", 61, "0.1 to 60");
   refused("pictures_per_second", "8", "0.1 to 60");
   refused("jpegs", json::array(), "no frames");
+  refused("jpegs", json(std::vector<std::string>(2000)), "in place of");
   refused("jpegs", {1}, "base64");
   refused("jpegs", {base64(first), "AAAA"}, "picture 2: it is no JPEG");
+  const std::span cut(first.data(), first.size() - 3);
+  refused("jpegs", {base64(first), base64(cut)}, "picture 2: it is cut off");
   refused("jpegs", {base64(first), base64(jpeg(8, 10))}, "picture 2 has another size");
   refused("jpegs", "", "in place of");
   refused("png", png(3), "in place of");
@@ -370,7 +381,8 @@ TEST_F(StillQueueTest, SaysWhatCannotBeWritten) {
 
 TEST_F(StillQueueTest, WritesWhatItHasBeforeItEnds) {
   open();
-  for (int i = 0; i < 5; ++i) queue_->add(request({{"patient_id", "P1"}}), [](const Result<void>&) {});
+  for (int i = 0; i < 5; ++i)
+    queue_->add(request({{"patient_id", "P1"}}), [](const Result<ArchivedObject>&) {});
   queue_.reset();
   EXPECT_EQ(files().size(), 5U);
 }

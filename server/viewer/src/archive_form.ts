@@ -2,7 +2,7 @@
 // The form that sends a still, a clip or a volume to the hospital's archive. Loaded when it is first opened (archive_button.ts).
 import { callApi } from "./api";
 import type { ArchiveEvents, Loss } from "./archive_button";
-import { kClipS, recordClip } from "./archive_clip";
+import { kClipS, kPerSecond, recordClip } from "./archive_clip";
 import { queueState, type QueueState } from "./archive_queue";
 import { element } from "./element";
 import { PatientForm } from "./patient_form";
@@ -18,12 +18,11 @@ export interface Sendable {
 type What = "picture" | "clip" | "volume";
 const kExplanations: Record<What, string> = {
   picture: "Sends the picture that was on show when this form opened.",
-  clip: `Records what this display shows from now on, for ${kClipS} s, and sends it.`,
+  clip: `Closes this form, records what this display shows for ${kClipS} s, and sends it.`,
   volume:
     "Sends the echoes of the frozen volume, which other programs can slice and render. Measurements and notes are not in it.",
 };
 const kNames: Record<What, string> = { picture: "still", clip: "clip", volume: "volume" };
-const kFreezeFirst = "To send the volume, freeze the picture first.";
 
 export class ArchiveForm {
   private readonly dialog = element("dialog", { id: "archive-form" });
@@ -73,6 +72,7 @@ export class ArchiveForm {
     this.sendable = sendable;
     this.what.value = "picture";
     this.volume.disabled = sendable.volume === undefined;
+    this.volume.textContent = this.volume.disabled ? "Volume (freeze the picture first)" : "Frozen volume";
     this.explain();
     sendable.picture.catch((error: Error) => (this.problem.textContent = error.message));
     this.problem.textContent = "";
@@ -82,8 +82,7 @@ export class ArchiveForm {
   }
 
   private explain(): void {
-    const hint = this.volume.disabled ? ` ${kFreezeFirst}` : "";
-    this.explanation.textContent = kExplanations[this.what.value as What] + hint;
+    this.explanation.textContent = kExplanations[this.what.value as What];
   }
 
   private tell({ waiting, refused }: QueueState): void {
@@ -97,43 +96,50 @@ export class ArchiveForm {
   private setBusy(isBusy: boolean): void {
     this.isBusy = isBusy;
     for (const each of [this.send, this.cancel, this.button, this.what]) each.disabled = isBusy;
-    this.problem.textContent = "";
+    if (isBusy) this.problem.textContent = "";
     this.send.textContent = isBusy ? "Sending…" : "Send";
-  }
-
-  /** What is chosen, as the server takes it. */
-  private async object({ picture, loss, volume }: Sendable): Promise<object> {
-    if (this.what.value === "volume") return { volume: Number(volume) };
-    if (this.what.value === "picture") return { png: await textOf(await picture), ...(loss && { lossy: loss }) };
-    const left = (seconds: number) => (this.send.textContent = `Recording, ${seconds} s left…`);
-    const { jpegs, perSecond } = await recordClip(this.events.frame, left);
-    this.send.textContent = "Sending…";
-    return { jpegs: await Promise.all(jpegs.map(textOf)), pictures_per_second: perSecond };
+    if (!isBusy) this.button.textContent = "Send";
   }
 
   private async submit(): Promise<void> {
     const patient = this.patient.patient();
     if (!patient || !this.sendable) return;
-    const what = kNames[this.what.value as What];
+    const what = this.what.value as What;
     this.setBusy(true);
+    if (what === "clip") this.dialog.close(); // the picture can be seen and used
+    let isPosted = false;
     try {
-      const object = await this.object(this.sendable);
+      const object = await this.object(what, this.sendable);
+      if (this.button.hidden) throw new Error("this display may not send any more.");
+      isPosted = true;
       await callApi("api/archive", { ...object, patient });
       this.dialog.close();
-      this.events.sent(`The ${what} waits in the queue for the archive.`);
+      const length = "jpegs" in object ? ` of ${(object.jpegs.length / kPerSecond).toFixed(1)} s` : "";
+      this.events.sent(`The ${kNames[what]}${length} waits in the queue for the archive.`);
     } catch (error) {
-      const sentence =
-        error instanceof TypeError // of fetch()
-          ? `The connection was lost: it is not known whether the ${what} was sent.`
-          : `The ${what} was not sent: ${(error as Error).message}`;
+      const isLost = isPosted && error instanceof TypeError; // of fetch()
+      this.fail(
+        isLost
+          ? `The connection was lost: it is not known whether the ${kNames[what]} was sent.`
+          : `The ${kNames[what]} was not sent: ${(error as Error).message}`,
+      );
+    } finally {
       this.setBusy(false);
-      if (this.dialog.open) {
-        this.problem.textContent = sentence;
-      } else {
-        this.events.failed(sentence); // Escape can close it all the same
-      }
     }
-    this.isBusy && this.setBusy(false);
+  }
+
+  /** What is chosen, as the server takes it. */
+  private async object(what: What, { picture, loss, volume }: Sendable): Promise<{ jpegs: string[] } | object> {
+    if (what === "volume") return { volume: Number(volume) };
+    if (what === "picture") return { png: await textOf(await picture), ...(loss && { lossy: loss }) };
+    const jpegs = await recordClip(this.events.frame, (left) => (this.button.textContent = `Recording, ${left} s`));
+    this.button.textContent = "Sending…";
+    return { jpegs: await Promise.all(jpegs.map(textOf)), pictures_per_second: kPerSecond };
+  }
+
+  private fail(sentence: string): void {
+    if (this.dialog.open) this.problem.textContent = sentence;
+    else this.events.failed(sentence);
   }
 }
 

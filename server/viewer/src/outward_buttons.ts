@@ -15,7 +15,7 @@ export class OutwardButtons {
       stillCanvas: ArchiveEvents["frame"];
       volumeId(): bigint | undefined;
     },
-    cine: { isFrozen: boolean },
+    cine: { isStill: boolean; isHeld: boolean; isBehind: boolean },
     failed: (sentence: string) => void,
   ) {
     this.share = new ShareButton(page.share, failed);
@@ -23,7 +23,7 @@ export class OutwardButtons {
       still: () => overlay.stillBlob(),
       frame: () => overlay.stillCanvas(),
       loss: () => overlay.loss(),
-      frozenVolume: () => (cine.isFrozen ? overlay.volumeId() : undefined),
+      frozenVolume: () => (cine.isStill && !cine.isHeld && !cine.isBehind ? overlay.volumeId() : undefined),
       sent: bannerAt("#archived"),
       failed,
     });
