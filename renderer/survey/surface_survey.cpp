@@ -26,8 +26,8 @@ constexpr double kMostFluid = 0.3;
 constexpr double kLeastStepOfBody = 0.4;
 // Deviations of the speckle: 17 dB. A lump in tissue has less.
 constexpr double kLeastStepOverSpeckle = 3;
-// Of its border, the share before other sheets, less that behind them. Bodies have 0.17 to 0.7, the less the
-// more limbs lie before them. Others have 0.04 at most, as far as the limits below do not refuse them.
+// Of its border, the share before other sheets, less that behind them. Bodies have 0.17 to 0.7: less where
+// limbs lie before them. What is no body and passes all other limits has 0.04 at most.
 constexpr double kLeastBefore = 0.12;
 // Of its border, where the fan ends. Bodies have up to 0.2; a ledge or a membrane over half of the fan, 0.6.
 constexpr double kMostAtFan = 0.4;

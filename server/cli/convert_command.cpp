@@ -60,10 +60,12 @@ Result<void> convert_to_grid(const ConvertOptions& options) {
     grid = scan_converted(**volume, spacing_mm, line.shares());
   }
   if (!grid) return grid.error();
+  const FrameOrigin origin = (*source)->description().origin;
   if (auto written = write_grid(options.out, *grid,
                                 {.geometry = (*volume)->geometry(),
                                  .acquired_utc_s = (*source)->description().begun_utc_s,
-                                 .identity = *identity});
+                                 .identity = *identity,
+                                 .is_simulated = origin == FrameOrigin::kSimulated});
       !written)
     return written;
   fmt::print("{}: volume {} on a grid of {} x {} x {} voxels of {:.4g} mm\n", options.out,

@@ -62,7 +62,7 @@ class ArchiveSender {
 
   ServerState& state_;
   AuditLog& audit_;
-  // Here and not in what waits for them elsewhere, which may outlast this object.
+  // Callbacks hold the numbers alone: they may outlast this object, and the connections of the answers.
   Requests requests_;
   std::uint64_t last_number_ = 0;
   std::uint64_t volume_ = 0;  // the request whose volume is under way; 0: none
