@@ -151,6 +151,7 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     await press(viewer, "z");
 
     const slide = (field, value) => viewer.page.locator(`[data-quick="${field}"]`).fill(String(value));
+    await viewer.settled();
     const opaque = await viewer.greyLevels();
     await click(viewer, '[data-preset="silhouette"]');
     await viewer.changedFrom(opaque, 15, "the preset Silhouette");

@@ -195,18 +195,10 @@ test("an own light costs the server nothing and disturbs nobody", async () => {
       async () => (await (await fetch(`${server.url}metrics`)).text()).includes("fanlight_private_views 1"),
       (opened) => opened,
     );
-    await until(
-      "the server's picture by the own light",
-      async () => difference(lit, await viewer.greyLevels()),
-      (by) => by < 0.5,
-    );
+    await viewer.becomes(lit, 0.5, "the server's picture by the own light");
     await viewer.page.locator("#own-view input").uncheck();
     await viewer.settled();
-    await until(
-      "the main light again",
-      async () => difference(before, await viewer.greyLevels()),
-      (by) => by < 0.5,
-    );
+    await viewer.becomes(before, 0.5, "the main light again");
     for (const each of [viewer, other]) await each.page.close();
   } finally {
     await server.end();
@@ -315,8 +307,7 @@ test("a frozen volume that was seen before is shown at once", async () => {
     assert.notDeepEqual(await viewer.greyLevels(), seen);
     await press(".");
     await shows(newest);
-    await viewer.page.waitForTimeout(600); // until it is drawn finely
-    assert.ok(difference(seen, await viewer.greyLevels()) < 0.5);
+    await viewer.becomes(seen, 0.5, "the picture that was seen, drawn finely");
     server.send("SIGCONT");
     await viewer.page.waitForTimeout(1000);
     await shows(newest);
@@ -339,9 +330,11 @@ test("a picture at rest gets as sharp as the page, and is quick while it moves",
     const usual = await viewer.page.evaluate(thumbnail);
     const width = await sharp();
     assert.ok(width <= Math.ceil(shown.width), `${width} pixels on ${shown.width}`);
-    await viewer.page.waitForTimeout(400);
-    const apart = difference(usual, await viewer.page.evaluate(thumbnail));
-    assert.ok(apart < 4, `the finer picture is ${apart} grey levels off`);
+    await until(
+      "a finer picture of the same surface",
+      async () => difference(usual, await viewer.page.evaluate(thumbnail)),
+      (apart) => apart < 4,
+    );
     assert.match(await viewer.page.locator('[data-stat="stream"]').textContent(), /^surface, lit here, \d+ × \d+$/);
     // A moved view is usual and coarse at first; its fine picture comes when it rests.
     const casts = await viewer.number("pass1-runs");
@@ -472,21 +465,13 @@ test("the shared file shows the surface, turns and measures without a server", a
   shared.page.on("request", (request) => requests.push(request.url()));
   shared.page.on("pageerror", (error) => problems.push(String(error)));
   await shared.page.goto(pathToFileURL(file).href);
-  await until(
-    "the surface of the server's picture",
-    async () => difference(ofServer, await shared.greyLevels()),
-    (by) => by < 1,
-  );
+  await shared.becomes(ofServer, 1, "the surface of the server's picture");
   await shared.page.waitForTimeout(500);
   const before = await shared.greyLevels();
   await shared.drag([0.5, 0.5], [0.6, 0.5]);
   await shared.changedFrom(before, 2, "a turn");
   await shared.page.locator("#reset").click();
-  await until(
-    "the first view",
-    async () => difference(before, await shared.greyLevels()),
-    (by) => by < 0.5,
-  );
+  await shared.becomes(before, 0.5, "the first view");
   await shared.page.locator("#tools").getByText("Measure").click();
   const box = await shared.page.locator("#picture").boundingBox();
   await shared.page.mouse.click(box.x + 0.45 * box.width, box.y + 0.5 * box.height);

@@ -159,14 +159,23 @@ export class ViewerPage {
   }
 
   /**
-   * Waits until the picture differs from one of greyLevels() by more than `least`, as difference() counts. For a change that the page may not have sent yet, when
-   * settled() would find the old picture.
+   * Waits until the picture differs from one of greyLevels() by more than `least`, as difference() counts. For a change
+   * that the page may not have sent yet, when settled() would find the old picture.
    */
   changedFrom(before, least, cause) {
     return until(
       `a picture that ${cause} has changed`,
       async () => difference(before, await this.greyLevels()),
       (by) => by > least,
+    );
+  }
+
+  /** Waits until the picture differs from one of greyLevels() by less than `most`, as difference() counts. */
+  becomes(picture, most, name) {
+    return until(
+      name,
+      async () => difference(picture, await this.greyLevels()),
+      (by) => by < most,
     );
   }
 
