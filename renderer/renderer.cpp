@@ -70,6 +70,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
 
 Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling sampling) {
   const PassDevice light{.gpu = &light_gpu_, .pipelines = light_pipelines_.get()};
+  if (sampling == Sampling::kGathering) workers_ = std::make_unique<FrameWorkers>();
   for (auto& state : slots_) {
     auto slot = VolumeInFlight::create(
         {.gpu = &gpu_, .pipelines = pipelines_.get()},
@@ -82,7 +83,9 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
          .usual_frames = config_.usual_frames > 0 ? config_.usual_frames : config_.frame_capacity,
          .band_samples = band_samples,
          .skipping = config_.skipping,
-         .sampling = sampling},
+         .counting = config_.counting,
+         .sampling = sampling,
+         .workers = workers_.get()},
         on_one_device() ? nullptr : &light);
     if (!slot) {
       return too_large(slot.error(), gpu_.candidate().name,
@@ -253,15 +256,12 @@ Result<void> Renderer::recast(SlotState& state) {
 Result<void> Renderer::advance(NewWork new_work, NextVolume next) {
   thread_owner_.check();
   if (auto retried = retry_held(); !retried) return retried;
-  if (new_work == NewWork::kWaits && !main_busy()) {
-    const Error* const known = devices_.fault();
-    return known == nullptr ? Result<void>{} : *known;
-  }
+  if (new_work == NewWork::kWaits && !main_busy()) return known_fault();
   scenes_.try_again(now_ns());
   MainStatus now = status();
   now.volume_waits = next == NextVolume::kWaits;
   const MainSteps due = decide(now, scene_in_force());
-  if (const Error* const known = devices_.fault()) return *known;
+  if (auto sound = known_fault(); !sound) return sound;
   for (const MainStep step : due.steps()) {
     if (auto done = execute(step); !done) return done;
   }
@@ -591,8 +591,7 @@ Result<void> Renderer::observe() {
   if (pace_ == Watchdog::Pace::kHung) {
     devices_.note_fault(Gpu::Condition::kHung, not_finished_for(watchdog_.hung_after_ns()));
   }
-  const Error* const known = devices_.fault();
-  return known == nullptr ? Result<void>{} : *known;
+  return known_fault();
 }
 
 }  // namespace fanlight

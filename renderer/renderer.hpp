@@ -54,6 +54,7 @@ class Renderer {
     /// volume arrives. 0: frame_capacity.
     std::uint32_t usual_frames = 0;
     Skipping skipping = Skipping::kOn;
+    Counting counting = Counting::kOff;
     /// Absent: chosen by the kind of GPU.
     std::optional<Sampling> sampling;
     /// Samples that a band of pass 1 takes at most; private views have smaller ones. Absent: chosen by the
@@ -206,6 +207,8 @@ class Renderer {
 
   /// The depth maps of the picture collected last. Precondition: !busy(). For tests and one-shot rendering.
   Result<DepthMaps> read_depth();
+  /// Number of samples that the cast of that picture read. Precondition as read_depth(), and Counting::kOn.
+  Result<std::uint64_t> read_sample_count() { return slots_[shown_]->slot.read_sample_count(); }
 
   const Config& config() const { return config_; }
   const Gpu& gpu() const { return gpu_; }
@@ -267,6 +270,10 @@ class Renderer {
   bool falls_back(const Error& error);
   Result<void> retry_held();
   Result<void> observe();
+  Result<void> known_fault() const {
+    const Error* const known = devices_.fault();
+    return known == nullptr ? Result<void>{} : *known;
+  }
   std::size_t other_than(const SlotState& state) const { return &state == slots_[0].get() ? 1 : 0; }
   VolumeInFlight::Earlier earlier_than(const SlotState& state) const;
   VolumeInFlight::Earlier picture_before(const SlotState& state) const;
@@ -280,6 +287,7 @@ class Renderer {
   RenderCounters& counters_;
   std::shared_ptr<Pipelines> pipelines_;
   std::shared_ptr<Pipelines> light_pipelines_;  // null on one device
+  std::unique_ptr<FrameWorkers> workers_;       // null where the GPU runs pass 0
   std::array<std::unique_ptr<SlotState>, 2> slots_;
   PrivateRenderer private_;
   Watchdog watchdog_;

@@ -23,6 +23,7 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
                                          .largest = config_.largest,
                                          .band_samples = config_.band_samples,
                                          .skipping = config_.skipping,
+                                         .counting = config_.counting,
                                          .maps_for_host = !on_one_device_});
   if (!cast) return cast.error();
   cast_ = std::move(*cast);
@@ -82,7 +83,7 @@ std::array<StageSpan, kStages> VolumeInFlight::stage_spans() const {
   auto spans = light_.recorder().stage_spans();
   if (!light_.is_first_of_cast()) return spans;
   // Two devices count on the clock of the one processor.
-  const auto cast = cast_.recorder().stage_spans();
+  const auto cast = cast_.stage_spans();
   for (const Stage stage : {Stage::kPrepare, Stage::kUpload, Stage::kCast}) {
     const auto index = static_cast<std::size_t>(stage);
     spans[index] = cast[index];
@@ -117,7 +118,8 @@ Result<void> VolumeInFlight::create_frames(const FanGeometry& geometry, std::uin
                                            .frame_capacity = frames,
                                            .zero_is_unscanned = geometry.zero_is_unscanned,
                                            .piece_samples = config_.band_samples,
-                                           .sampling = config_.sampling});
+                                           .sampling = config_.sampling,
+                                           .workers = config_.workers});
   if (!made) return made.error();
   frames_ = std::move(*made);
   return {};

@@ -45,7 +45,9 @@ class VolumeInFlight {
     std::uint32_t usual_frames = 0;  ///< memory for this number of frames is allocated in create()
     std::uint64_t band_samples = 0;  ///< approximate limit of samples in one submission of pass 1
     Skipping skipping = Skipping::kOn;
+    Counting counting = Counting::kOff;
     Sampling sampling = Sampling::kTexture;
+    FrameWorkers* workers = nullptr;  ///< as FrameStore::Config
   };
 
   /// `light`: for passes 2 and 3; null: they run on `device` too.
@@ -159,6 +161,7 @@ class VolumeInFlight {
   std::array<StageSpan, kStages> stage_spans() const;
   std::array<double, kStages> stage_ms() const;
   Result<DepthMaps> read_depth();
+  Result<std::uint64_t> read_sample_count() { return cast_.read_sample_count(); }
 
   /// The temporally filtered depth map, on the device of pass 1, for LightPass::follow() of private views.
   /// Precondition: nothing is outstanding.

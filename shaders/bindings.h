@@ -66,9 +66,7 @@
 // Texels of four pixels: the frames that pass 1 samples, filtered or not.
 #define FANLIGHT_BINDING_PREPARED_FRAMES 22
 // Texels of four rows of a column: the same, packed for gathering on a processor.
-#define FANLIGHT_BINDING_PACKED_TEXELS 23
-// The same buffer, for writing.
-#define FANLIGHT_BINDING_PACKED 24
+#define FANLIGHT_BINDING_PACKED 23
 // uint a block of a frame: its minimum and maximum grey level.
 #define FANLIGHT_BINDING_BLOCK_MIN_MAX 25
 // uint a block: the minimum and maximum of it and of the blocks to the right and below.
@@ -81,7 +79,8 @@
 #define FANLIGHT_BINDING_TILE_DEPTH_RANGES 28
 // uint a tile of pixels: 1 where islands, holes or outlines may be.
 #define FANLIGHT_BINDING_CLEANUP_TILES 29
-// uint a tile of rays: one past the last sample that any of its rays read.
+// uint a tile of rays: one past the last sample that any of its rays read; with FANLIGHT_CAST_ALL_COUNTED the
+// number of samples that all its rays read.
 #define FANLIGHT_BINDING_SAMPLE_ENDS 30
 // uvec4 a tile of rays: its segment mask before frames were replaced.
 #define FANLIGHT_BINDING_OLD_SEGMENT_MASKS 31
@@ -98,10 +97,8 @@
 
 #ifdef FANLIGHT_STORAGE
 // The same storage buffers for reading and writing (buffer_access.h); the other numbers stay unused.
-#undef FANLIGHT_BINDING_PACKED_TEXELS
 #undef FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS
 #undef FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS
-#define FANLIGHT_BINDING_PACKED_TEXELS FANLIGHT_BINDING_PACKED
 #define FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS FANLIGHT_BINDING_BLOCK_MIN_MAX
 #define FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX_TEXELS FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX
 #endif
@@ -150,11 +147,12 @@
 #define FANLIGHT_SHOW_DEPTH 1
 #define FANLIGHT_SHOW_COLOUR 2
 
-// The tiles that pass 1 casts: all; all, and their sample ends are written; or the dirty tiles, and their
-// sample ends are written.
+// The tiles that pass 1 casts: all; all, and their sample ends are written; the dirty tiles, and their sample
+// ends are written; or all, and the samples that their rays read are counted instead.
 #define FANLIGHT_CAST_ALL 0
 #define FANLIGHT_CAST_ALL_NOTED 1
 #define FANLIGHT_CAST_LISTED 2
+#define FANLIGHT_CAST_ALL_COUNTED 3
 
 // Weights by confidence are whole numbers from 1 to this, so that sums are exact.
 #define FANLIGHT_MAX_WEIGHT 15

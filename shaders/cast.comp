@@ -109,6 +109,7 @@ struct RayResult {
   float certainty;  // 0 to 1 where there is one
   vec3 colour;      // 0 to 1
   uint sample_end;  // the first sample that was not read
+  uint taken;       // samples that were read, where they are counted
 };
 
 // Position of an edge that may be the surface: not cropped, and behind those that were `tried`. Else -1.
@@ -203,6 +204,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
   float tried = -1.0;  // the last edge that is no surface, or no other layer
   float height = 0.0;  // of a layer
   float index = samples.first;
+  uint taken = 0u;
   bool done = false;
   // One iteration ends at an edge, or with the ray.
   while (!done) {
@@ -223,6 +225,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
       while (index < samples.end && !stops && (index < run_end || is_pending(detector))) {
         float batch[kBatch];
         samples_from(ray, index, batch);
+        if (kTiles == FANLIGHT_CAST_ALL_COUNTED) taken += uint(kBatch);
         [[unroll]] for (int slot = 0; slot < kBatch; ++slot) {
           // The last batch may go beyond the ray's end.
           bool scanned = index < samples.end && batch[slot] >= 0.0;
@@ -251,7 +254,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
     done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
   }
   certainty *= seen_by_beam(ray.from + surface_mm * ray.forward, ray.forward);
-  return RayResult(surface_mm, certainty, colour_of(accumulator), uint(whole(index)));
+  return RayResult(surface_mm, certainty, colour_of(accumulator), uint(whole(index)), taken);
 }
 
 // The tile of this work group. lavapipe gives each of two threads one half of the groups, and the dispatch
@@ -263,6 +266,14 @@ uint tile_of_group() {
   return kTiles == FANLIGHT_CAST_LISTED ? tile_list[3u + in_band] : rays.first_tile + in_band;
 }
 
+// Eight invocations, the lanes of a processor's vector, cast a block of 4 x 2 rays: the nearer they are, the
+// more of their samples lie in the same segments, and a lane that skips one waits for the others.
+uvec2 place_in_tile() {
+  uint lane = gl_LocalInvocationIndex & 7u;
+  uint block = gl_LocalInvocationIndex >> 3u;
+  return uvec2(4u * (block & 1u) + (lane & 3u), 2u * (block >> 1u) + (lane >> 2u));
+}
+
 // The first pixel of this invocation's ray. Tiles are numbered along the rows of tiles.
 uvec2 first_pixel(uint tile) {
   uint tile_side = 8u * rays.pixel_stride;
@@ -270,7 +281,7 @@ uvec2 first_pixel(uint tile) {
   int tiles_across = int((rays.width + tile_side - 1u) / tile_side);
   int tile_row = int((float(int(tile)) + 0.5) / float(tiles_across));
   return tile_side * uvec2(int(tile) - tile_row * tiles_across, tile_row) +
-         rays.pixel_stride * gl_LocalInvocationID.xy;
+         rays.pixel_stride * place_in_tile();
 }
 
 // A pixel before the viewport wraps to a number beyond its size.
@@ -307,12 +318,16 @@ void main() {
   uvec2 ray_pixel = rays.pixel_stride > 1u ? max(pixel, view_first) : pixel;
   bool has_ray = all(lessThan(ray_pixel, pixel + rays.pixel_stride)) && in_viewport(ray_pixel);
 
-  RayResult result = RayResult(FANLIGHT_NO_SURFACE, 1.0, vec3(0.0), has_ray ? rays.steps : 0u);
+  RayResult result = RayResult(FANLIGHT_NO_SURFACE, 1.0, vec3(0.0), has_ray ? rays.steps : 0u, 0u);
   uvec4 segment_mask = kSkipping ? segment_masks[tile] : uvec4(~0u);
   // A loop of one iteration at most, not an `if`: in an empty tile the rays are not even set up.
   for (bool due = has_ray && segment_mask != uvec4(0u); due; due = false) {
     result = cast_ray(ray_of(vec2(ray_pixel)), start_of_ray(vec2(ray_pixel)), segment_mask);
   }
-  if (kTiles != FANLIGHT_CAST_ALL) atomicMax(sample_ends[tile], result.sample_end);
+  if (kTiles == FANLIGHT_CAST_ALL_COUNTED) {
+    atomicAdd(sample_ends[tile], result.taken);
+  } else if (kTiles != FANLIGHT_CAST_ALL) {
+    atomicMax(sample_ends[tile], result.sample_end);
+  }
   write_pixels(pixel, result);
 }

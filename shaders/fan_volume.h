@@ -6,15 +6,15 @@
 // axis is parallel to x, motor_radius behind the probe face.
 //
 // Reads: the volume, 8 bit grey levels. Without FANLIGHT_GATHERING it is a 3D texture. With
-//   FANLIGHT_GATHERING it is the words of pack.comp, interpolated here: a processor gathers words faster
-//   than it samples a texture.
+//   FANLIGHT_GATHERING it is the packed words of renderer/volume/frame_preparer.hpp, interpolated here: a
+//   processor gathers words faster than it samples a texture.
 #ifndef FANLIGHT_SHADERS_FAN_VOLUME_H
 #define FANLIGHT_SHADERS_FAN_VOLUME_H
 
 #include "buffer_access.h"
 
 #ifdef FANLIGHT_GATHERING
-FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_PACKED_TEXELS, PackedColumnsWords, packed_columns);
+FANLIGHT_WORDS_TO_READ(FANLIGHT_BINDING_PACKED, PackedColumnsWords, packed_columns);
 #else
 layout(binding = FANLIGHT_BINDING_VOLUME) uniform sampler3D volume;
 #endif

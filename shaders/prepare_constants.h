@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Push constants of pass 0, and the layout of its packed frames (pack.comp).
+// Push constants of pass 0, and the layout of packed frames, which the processor writes
+// (renderer/volume/frame_preparer.hpp): words of four rows of one column. The last of them is also the first
+// of the next word, so a sample's two rows always lie in one word. A trilinear sample then takes four
+// gathered words instead of eight gathered bytes, and the packed frames take a third more memory than the
+// frames.
 #ifndef FANLIGHT_SHADERS_PREPARE_CONSTANTS_H
 #define FANLIGHT_SHADERS_PREPARE_CONSTANTS_H
 #include "vector_types.h"

@@ -313,7 +313,7 @@ shaders::CastParameters cast_parameters(const Scene& scene, PictureSize size, co
   return to;
 }
 
-CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping) {
+CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping, Counting counting) {
   const int window = scene.detector.window;
   const int kept = accumulation(scene);
   const int frames = frames_of(geometry);
@@ -329,7 +329,8 @@ CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping ski
         .constants = {window, kept, frames, static_cast<int>(scene.detector.place), scene.rays.window / 2,
                       skips ? 1 : 0, edge_sign(scene.detector.sign), tiles}};
   };
-  CastKeys keys{.cast = cast(replaces_frames ? FANLIGHT_CAST_ALL_NOTED : FANLIGHT_CAST_ALL),
+  const int all = counting == Counting::kOn ? FANLIGHT_CAST_ALL_COUNTED : FANLIGHT_CAST_ALL;
+  CastKeys keys{.cast = cast(replaces_frames ? FANLIGHT_CAST_ALL_NOTED : all),
                 .empty_space = {},
                 .frame_steps = {},
                 .slice = {},

@@ -48,6 +48,9 @@ CutGrid cut_grid(const FanGeometry& geometry, const VolumeExtent& volume);
 /// Whether pass 1 skips empty space. The pictures are the same; kOff serves comparisons.
 enum class Skipping : std::uint8_t { kOn, kOff };
 
+/// Whether pass 1 counts the samples that it reads. That has a price: for measurements.
+enum class Counting : std::uint8_t { kOff, kOn };
+
 /// The pipelines of pass 1 for a scene and a kind of frames.
 struct CastKeys {
   PipelineKey cast;                        ///< rays of all tiles
@@ -58,7 +61,9 @@ struct CastKeys {
   std::optional<PipelineKey> dirty_tiles;  ///< absent unless frames are replaced one by one (Refresh::kFrame)
                                            ///< and rays skip empty space
 };
-CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping);
+/// `counting`: of whole casts, where frames are not replaced one by one.
+CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping,
+                   Counting counting = Counting::kOff);
 
 /// The pipeline that computes the confidence in each surface of a cast, the weights of pass 2's depth filter.
 PipelineKey confidence_key(const Scene& scene, const FanGeometry& geometry);

@@ -33,7 +33,7 @@ Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPl
       {"ray_depth", &made.ray_depth, pixels * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT},
       {"segments", &made.segments, tiles * sizeof(glm::uvec4), kRead},
       {"old_segments", &made.old_segments, tiles * sizeof(glm::uvec4), kFilled},
-      {"reached", &made.reached, tiles * sizeof(std::uint32_t), kFilled},
+      {"reached", &made.reached, tiles * sizeof(std::uint32_t), kRead | kFilled},
       {"tile_list", &made.tile_list, (3 + tiles) * sizeof(std::uint32_t),
        kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}};
   if (auto created = create_buffers(gpu, buffers); !created) return created.error();

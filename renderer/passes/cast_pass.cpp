@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/base/clock.hpp"
 #include "renderer/parameters/cast_parameters.hpp"
 #include "renderer/parameters/effective_scene.hpp"
 #include "renderer/vulkan/command_recording.hpp"
@@ -53,7 +54,7 @@ void CastPass::bind(const VolumeBindings& volume) {
 }
 
 Result<void> CastPass::find_pipelines(const Scene& scene, const FanGeometry& geometry) {
-  const CastKeys keys = cast_keys(scene, geometry, config_.skipping);
+  const CastKeys keys = cast_keys(scene, geometry, config_.skipping, config_.counting);
   const std::pair<VkPipeline*, std::optional<PipelineKey>> wanted[] = {
       {&pipelines_.cast, keys.cast},
       {&pipelines_.empty_space, keys.empty_space},
@@ -104,10 +105,9 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
       near_tissue_parameters(scene, parameters, volume.geometry, volume.extent, volume.near_tissue);
   farthest_mm_ = parameters.end;
   segments_in_ray_ = groups(parameters.steps, 1U << parameters.segment_shift);
-  recorder_.reset_times();
+  reset_times();
   set_tiles(scene, parameters);
   next_tile_ = 0;
-  preparing_ = false;
   if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
     transfer_due_ = true;  // also after a cast that is given up before its first band
     memory_.staged_transfer.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
@@ -115,6 +115,12 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
     transferred_step_mm_ = parameters.step;
   }
   return {};
+}
+
+void CastPass::reset_times() {
+  recorder_.reset_times();
+  preparing_ = false;
+  prepared_here_ = {};
 }
 
 Result<void> CastPass::submit() {
@@ -128,7 +134,25 @@ Result<void> CastPass::submit_maps(VkQueue queue) {
   return submitted;
 }
 
+/// Runs a piece of pass 0 on the processor.
+void CastPass::prepare_here(FrameStore& frames) {
+  // Devices that gather are processors, whose clock is this one.
+  if (!std::exchange(preparing_, true)) prepared_here_.begin_ns = now_ns();
+  frames.prepare_piece();
+  prepared_here_.end_ns = now_ns();
+}
+
+std::array<StageSpan, kStages> CastPass::stage_spans() const {
+  auto spans = recorder_.stage_spans();
+  if (prepared_here_.end_ns > 0) spans[static_cast<std::size_t>(Stage::kPrepare)] = prepared_here_;
+  return spans;
+}
+
 Result<void> CastPass::prepare_ahead(const VolumeBindings& volume) {
+  if (volume.frames.is_prepared_here()) {
+    while (!volume.frames.done()) volume.frames.prepare_piece();
+    return {};
+  }
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
   volume.frames.record_piece(*commands);
@@ -146,7 +170,11 @@ Result<void> CastPass::submit_frames(const VolumeBindings& volume) {
 }
 
 Result<void> CastPass::submit_next(const VolumeBindings& volume) {
-  if (!volume.frames.done()) return submit_frames(volume);
+  if (!volume.frames.done()) {
+    if (!volume.frames.is_prepared_here()) return submit_frames(volume);
+    prepare_here(volume.frames);
+    if (!volume.frames.done()) return {};
+  }
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
   recorder_.begin_piece(Stage::kCast);
@@ -163,12 +191,15 @@ Result<void> CastPass::submit_next(const VolumeBindings& volume) {
 }
 
 Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_changed) {
-  recorder_.reset_times();
+  reset_times();
+  while (volume.frames.is_prepared_here() && !volume.frames.done()) prepare_here(volume.frames);
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
-  recorder_.stamp(GpuTimestamps::kPrepareBegin);
-  while (!volume.frames.done()) volume.frames.record_piece(*commands);
-  recorder_.stamp(GpuTimestamps::kPrepareEnd);
+  if (!volume.frames.done()) {
+    recorder_.stamp(GpuTimestamps::kPrepareBegin);
+    while (!volume.frames.done()) volume.frames.record_piece(*commands);
+    recorder_.stamp(GpuTimestamps::kPrepareEnd);
+  }
   recorder_.stamp(GpuTimestamps::kUploadBegin);
   record_tables(*commands, volume.angles);
   recorder_.stamp(GpuTimestamps::kCastBegin);
@@ -223,7 +254,7 @@ void CastPass::record_before_rays(VkCommandBuffer commands, AngleBuffer& angles)
   recorder_.stamp(GpuTimestamps::kUploadBegin);
   record_tables(commands, angles);
   recorder_.stamp(GpuTimestamps::kCastBegin);
-  if (notes_reach_) {
+  if (notes_reach_ || config_.counting == Counting::kOn) {
     vkCmdFillBuffer(commands, memory_.reached.get(), 0, VK_WHOLE_SIZE, 0);
     barrier(commands, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
@@ -295,31 +326,52 @@ void CastPass::record_dirty_tiles(VkCommandBuffer commands, const FrameStore& fr
               VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT);
 }
 
-Result<DepthMaps> CastPass::read_maps() {
-  const GpuBuffer* const maps[] = {&memory_.maps.depth, &memory_.maps.confidence};
-  const std::uint64_t map_bytes = size_.pixels() * sizeof(float);
-  const std::uint64_t maps_bytes = std::size(maps) * map_bytes;
-  auto copy = GpuBuffer::create(recorder_.gpu(), "depth map copies", maps_bytes + memory_.segments.bytes(),
-                                VK_BUFFER_USAGE_TRANSFER_DST_BIT, BufferPlace::kFromGpu);
+/// Memory that `record` has copied to. Blocks until it has.
+Result<GpuBuffer> CastPass::copied(std::uint64_t bytes, const RecordCopies& record) {
+  auto copy = GpuBuffer::create(recorder_.gpu(), "map copies", bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                                BufferPlace::kFromGpu);
   if (!copy) return copy.error();
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
-  for (std::size_t map = 0; map < std::size(maps); ++map) {
-    const VkBufferCopy region{.dstOffset = map * map_bytes, .size = map_bytes};
-    vkCmdCopyBuffer(*commands, maps[map]->get(), copy->get(), 1, &region);
-  }
-  const VkBufferCopy region{.dstOffset = maps_bytes, .size = memory_.segments.bytes()};
-  vkCmdCopyBuffer(*commands, memory_.segments.get(), copy->get(), 1, &region);
+  record(*commands, *copy);
   barrier(*commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   if (auto submitted = submit(); !submitted) return submitted.error();
   constexpr std::uint64_t kMostNs = 60'000'000'000;  // copies only
   if (auto waited = recorder_.timeline().wait(kMostNs); !waited) return waited.error();
   if (recorder_.outstanding() > 0) {
-    const Error hung{ErrorCode::kLost, "the GPU did not copy the depth maps within a minute"};
+    const Error hung{ErrorCode::kLost, "the GPU did not copy its maps within a minute"};
     recorder_.gpu().note_fault(Gpu::Condition::kHung, hung);
     return hung;
   }
+  return copy;
+}
+
+Result<std::uint64_t> CastPass::read_sample_count() {
+  const std::uint64_t bytes = std::uint64_t{tiles_} * sizeof(std::uint32_t);
+  const auto copy = copied(bytes, [&](VkCommandBuffer commands, const GpuBuffer& to) {
+    const VkBufferCopy region{.size = bytes};
+    vkCmdCopyBuffer(commands, memory_.reached.get(), to.get(), 1, &region);
+  });
+  if (!copy) return copy.error();
+  const auto* const counts = &copy->mapped_as<std::uint32_t>();
+  return std::accumulate(counts, counts + tiles_, std::uint64_t{0});
+}
+
+Result<DepthMaps> CastPass::read_maps() {
+  const GpuBuffer* const maps[] = {&memory_.maps.depth, &memory_.maps.confidence};
+  const std::uint64_t map_bytes = size_.pixels() * sizeof(float);
+  const std::uint64_t maps_bytes = std::size(maps) * map_bytes;
+  const auto copy =
+      copied(maps_bytes + memory_.segments.bytes(), [&](VkCommandBuffer commands, const GpuBuffer& to) {
+        for (std::size_t map = 0; map < std::size(maps); ++map) {
+          const VkBufferCopy region{.dstOffset = map * map_bytes, .size = map_bytes};
+          vkCmdCopyBuffer(commands, maps[map]->get(), to.get(), 1, &region);
+        }
+        const VkBufferCopy region{.dstOffset = maps_bytes, .size = memory_.segments.bytes()};
+        vkCmdCopyBuffer(commands, memory_.segments.get(), to.get(), 1, &region);
+      });
+  if (!copy) return copy.error();
   const auto* values = reinterpret_cast<const float*>(copy->mapped().data());
   const std::size_t pixels = map_bytes / sizeof(float);
   const auto map = [&](std::size_t index) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "proto/base/result.hpp"
@@ -48,6 +50,7 @@ class CastPass {
     PictureSize largest;             ///< of any scene
     std::uint64_t band_samples = 0;  ///< approximate limit of samples in one submission of pass 1
     Skipping skipping = Skipping::kOn;
+    Counting counting = Counting::kOff;
     bool pauses = false;         ///< as PassRecorder::Config
     bool maps_for_host = false;  ///< LightPass::copy_by_host() reads the maps
   };
@@ -69,7 +72,9 @@ class CastPass {
   Result<void> begin(const Scene& wanted, const VolumeBindings& volume);
 
   /// Submits the next piece of work: a piece of pass 0 (some frames), or a band of pass 1 (some tiles of the
-  /// picture; the first band comes with the upload of the tables). Precondition: nothing is outstanding.
+  /// picture; the first band comes with the upload of the tables). A piece of pass 0 that runs on the
+  /// processor is done at the return, and the band is submitted where it was the last one. Precondition:
+  /// nothing is outstanding.
   Result<void> submit_next(const VolumeBindings& volume);
 
   /// Whether all bands of pass 1 were submitted.
@@ -79,7 +84,8 @@ class CastPass {
     return next_tile_ > 0 && tiles_ - next_tile_ <= std::max(tiles_ / 4, band_tiles_);
   }
 
-  /// Submits one piece of pass 0 only. Precondition: nothing is outstanding, and the frames are not done.
+  /// Submits one piece of pass 0 only, or runs all of it on the processor. Precondition: nothing is
+  /// outstanding, and the frames are not done.
   Result<void> prepare_ahead(const VolumeBindings& volume);
 
   /// Whether the cast recorded how far its rays went, which recast() needs.
@@ -120,19 +126,29 @@ class CastPass {
   /// No surface lies deeper.
   double farthest_mm() const { return farthest_mm_; }
 
+  /// When each stage of the cast ran, as PassRecorder::stage_spans(). Precondition: nothing is outstanding.
+  std::array<StageSpan, kStages> stage_spans() const;
+
   const PassRecorder& recorder() const { return recorder_; }
   PassRecorder& recorder() { return recorder_; }
 
   /// Copies of the maps; without smooth_mm. Blocks until they are copied, and allocates: for tests and
   /// one-shot rendering. Precondition: nothing is outstanding.
   Result<DepthMaps> read_maps();
+  /// Number of samples that the rays of the last cast read. Blocks, as read_maps(). Precondition:
+  /// Counting::kOn, nothing is outstanding, and the cast was a whole one.
+  Result<std::uint64_t> read_sample_count();
 
  private:
   explicit CastPass(const Config& config) : config_(config), size_(config.size) {}
   void set_tiles(const Scene& scene, const shaders::CastParameters& parameters);
+  void reset_times();
   Result<void> submit();
   Result<void> submit_maps(VkQueue queue);
   Result<void> submit_frames(const VolumeBindings& volume);
+  void prepare_here(FrameStore& frames);
+  using RecordCopies = std::function<void(VkCommandBuffer commands, const GpuBuffer& to)>;
+  Result<GpuBuffer> copied(std::uint64_t bytes, const RecordCopies& record);
   void record_tables(VkCommandBuffer commands, AngleBuffer& angles);
   void record_before_rays(VkCommandBuffer commands, AngleBuffer& angles);
   void record_after_rays(VkCommandBuffer commands) const;
@@ -168,7 +184,8 @@ class CastPass {
   std::uint32_t band_tiles_ = 0;  // of each band
   std::uint32_t next_tile_ = 0;   // first tile of the next band
   std::uint32_t segments_in_ray_ = 0;
-  bool preparing_ = false;  // pass 0 has begun
+  bool preparing_ = false;   // pass 0 has begun
+  StageSpan prepared_here_;  // where the processor ran it
 
   CastMemory memory_;
   PassRecorder recorder_;

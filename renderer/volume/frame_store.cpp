@@ -48,17 +48,27 @@ Result<FrameStore> FrameStore::create(const PassDevice& device, const Config& co
                         kTexels | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kToGpu, VK_FORMAT_R32_UINT);
   if (!staged) return staged.error();
   made.staged_ = std::move(*staged);
-  const std::uint64_t bounds_bytes = sizeof(std::uint32_t) * std::uint64_t{blocks_along(config.columns)} *
-                                     blocks_along(config.rows) * config.frame_capacity;
-  const std::pair<const char*, GpuBuffer*> min_max[] = {{"blocks", &made.blocks_}, {"bounds", &made.bounds_}};
-  for (const auto& [name, each] : min_max) {
-    auto buffer = GpuBuffer::create(gpu, name, bounds_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTexels,
-                                    BufferPlace::kDevice, VK_FORMAT_R32_UINT);
-    if (!buffer) return buffer.error();
-    *each = std::move(*buffer);
-  }
+  if (auto min_max = made.create_min_max(); !min_max) return min_max.error();
   if (auto volume = made.create_volume(); !volume) return volume.error();
+  if (made.is_prepared_here()) {
+    for (std::size_t thread = 0; thread < config.workers->threads(); ++thread)
+      made.preparers_.emplace_back(config.columns);
+  }
   return made;
+}
+
+Result<void> FrameStore::create_min_max() {
+  const auto create = [&](GpuBuffer& buffer, const char* name, BufferPlace place) -> Result<void> {
+    auto made =
+        GpuBuffer::create(*device_.gpu, name, bounds_words() * config_.frame_capacity * sizeof(std::uint32_t),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | kTexels, place, VK_FORMAT_R32_UINT);
+    if (!made) return made.error();
+    buffer = std::move(*made);
+    return {};
+  };
+  if (is_prepared_here()) return create(bounds_, "bounds", BufferPlace::kToGpu);
+  if (auto blocks = create(blocks_, "blocks", BufferPlace::kDevice); !blocks) return blocks;
+  return create(bounds_, "bounds", BufferPlace::kDevice);
 }
 
 Result<void> FrameStore::create_volume() {
@@ -72,14 +82,20 @@ Result<void> FrameStore::create_volume() {
   }
   // One frame more: values that are interpolated with weight 0, behind the last frame or after its last
   // column, must be readable.
-  const std::uint64_t words = std::uint64_t{FANLIGHT_PACKED_STRIDE(config_.columns)} *
-                              FANLIGHT_PACKED_ROWS(config_.rows) *
-                              (std::uint64_t{config_.frame_capacity} + 1);
-  auto packed = GpuBuffer::create(gpu, "packed frames", words * sizeof(std::uint32_t), kWrittenTexels,
-                                  BufferPlace::kDevice, VK_FORMAT_R32_UINT);
+  const std::uint64_t words = packed_words() * (std::uint64_t{config_.frame_capacity} + 1);
+  auto packed = GpuBuffer::create(gpu, "packed frames", words * sizeof(std::uint32_t), kTexels,
+                                  BufferPlace::kToGpu, VK_FORMAT_R32_UINT);
   if (!packed) return packed.error();
   packed_ = std::move(*packed);
   return {};
+}
+
+std::uint64_t FrameStore::packed_words() const {
+  return std::uint64_t{FANLIGHT_PACKED_STRIDE(config_.columns)} * FANLIGHT_PACKED_ROWS(config_.rows);
+}
+
+std::uint64_t FrameStore::bounds_words() const {
+  return std::uint64_t{blocks_along(config_.columns)} * blocks_along(config_.rows);
 }
 
 void FrameStore::set_frame_count(std::uint32_t frames) {
@@ -145,6 +161,7 @@ std::uint64_t FrameStore::frames_at_a_time(const Scene::Speckle& options) const 
 
 Result<void> FrameStore::create_filter_memory(const Scene::Speckle& options) {
   const Gpu& gpu = *device_.gpu;
+  if (is_prepared_here()) return {};
   if (options.filter != SpeckleFilter::kNone && filtered_.bytes() == 0) {
     auto made = GpuBuffer::create(gpu, "filtered frames", staged_.bytes(),
                                   kWrittenTexels | VK_BUFFER_USAGE_TRANSFER_SRC_BIT, BufferPlace::kDevice,
@@ -169,13 +186,12 @@ Result<void> FrameStore::create_filter_memory(const Scene::Speckle& options) {
 }
 
 FrameStore::Bindings FrameStore::bindings() const {
-  // Memory of a filter exists once a filter was requested; until then no shader uses these bindings.
+  // Memory of a filter on the GPU exists once one was requested; until then no shader uses these bindings.
   const auto existing = [](const GpuBuffer& buffer) { return buffer.bytes() > 0 ? &buffer : nullptr; };
   return {{{FANLIGHT_BINDING_FRAMES, existing(staged_)},
            {FANLIGHT_BINDING_FILTERED_FRAMES, existing(filtered_)},
            {FANLIGHT_BINDING_COEFFICIENTS, existing(coefficients_)},
            {FANLIGHT_BINDING_PREPARED_FRAMES, existing(filters() ? filtered_ : staged_)},
-           {FANLIGHT_BINDING_PACKED_TEXELS, existing(packed_)},
            {FANLIGHT_BINDING_PACKED, existing(packed_)},
            {FANLIGHT_BINDING_BLOCK_MIN_MAX, existing(blocks_)},
            {FANLIGHT_BINDING_NEIGHBOUR_MIN_MAX, existing(bounds_)},
@@ -185,6 +201,7 @@ FrameStore::Bindings FrameStore::bindings() const {
 
 Result<void> FrameStore::find_pipelines() {
   pipelines_ = {};
+  if (is_prepared_here()) return {};
   const SpeckleKeys speckle(wanted_, config_.zero_is_unscanned);
   for (std::size_t half = 0; half < speckle.keys().size(); ++half) {
     auto pipeline = device_.pipelines->get(speckle.keys()[half]);
@@ -223,17 +240,46 @@ std::optional<FrameStore::Piece> FrameStore::next_piece() const {
   return piece;
 }
 
-std::uint32_t FrameStore::piece_frames() const {
-  const bool guided = wanted_.filter == SpeckleFilter::kGuided;
-  // Cost of a pixel of each filter on lavapipe, in samples of pass 1.
+/// Cost of a pixel of pass 0, in samples of pass 1.
+double FrameStore::samples_of_pixel() const {
   const double window = double{1} * wanted_.size * wanted_.size;
-  const double samples = wanted_.across * (guided                                     ? 3.5
-                                           : wanted_.filter == SpeckleFilter::kMedian ? window / 3
-                                                                                      : 1.5);
+  const bool here = is_prepared_here();
+  switch (wanted_.filter) {
+    case SpeckleFilter::kMedian:
+      return wanted_.across * window / (here ? 30 : 3);
+    case SpeckleFilter::kGuided:
+      return wanted_.across * (here ? 0.4 : 3.5);
+    default:
+      return wanted_.across * (here ? 0.1 : 1.5);
+  }
+}
+
+std::uint32_t FrameStore::piece_frames() const {
+  const bool at_a_time = wanted_.filter == SpeckleFilter::kGuided && !is_prepared_here();
   const double frames =
-      static_cast<double>(config_.piece_samples) / (samples * static_cast<double>(frame_bytes()));
-  const std::uint64_t most = guided ? frames_at_a_time(wanted_) : std::max(frames_, 1U);
+      static_cast<double>(config_.piece_samples) / (samples_of_pixel() * static_cast<double>(frame_bytes()));
+  const std::uint64_t most = at_a_time ? frames_at_a_time(wanted_) : std::max(frames_, 1U);
   return static_cast<std::uint32_t>(std::clamp(frames, 1.0, static_cast<double>(most)));
+}
+
+void FrameStore::prepare_piece() {
+  thread_owner_.check();
+  const Piece piece = *next_piece();
+  const StagedFrames staged{.pixels = staged_.mapped().data(),
+                            .columns = config_.columns,
+                            .rows = config_.rows,
+                            .row_bytes = kPixelsInWord * words_in_row(),
+                            .frames = frames_,
+                            .zero_is_unscanned = config_.zero_is_unscanned};
+  auto* const packed = &packed_.mapped_as<std::uint32_t>();
+  auto* const bounds = &bounds_.mapped_as<std::uint32_t>();
+  config_.workers->run(piece.end - piece.first, [&](std::size_t thread, std::size_t index) {
+    const auto frame = static_cast<std::uint32_t>(piece.first + index);
+    preparers_[thread].prepare(
+        staged, wanted_, frame,
+        {.packed = packed + packed_words() * frame, .bounds = bounds + bounds_words() * frame});
+  });
+  std::fill(prepared_.begin() + piece.first, prepared_.begin() + piece.end, true);
 }
 
 void FrameStore::record_piece(VkCommandBuffer commands) {
@@ -292,15 +338,11 @@ void FrameStore::record_copies(VkCommandBuffer commands, Piece piece) {
   const std::uint32_t blocks_across = blocks_along(config_.columns);
   const std::uint32_t blocks_down = blocks_along(config_.rows);
   run(Shader::kBlockMinMax, blocks_across, blocks_down);
-  if (config_.sampling == Sampling::kGathering) {
-    run(Shader::kPack, words_in_row(), FANLIGHT_PACKED_ROWS(config_.rows));
-  } else {
-    copy_to_image(commands, filters() ? filtered_ : staged_, texture_,
-                  {.row_texels = kPixelsInWord * words_in_row(),
-                   .first_slice = piece.first,
-                   .slices = frames,
-                   .keeps_others = std::exchange(texture_written_, true)});
-  }
+  copy_to_image(commands, filters() ? filtered_ : staged_, texture_,
+                {.row_texels = kPixelsInWord * words_in_row(),
+                 .first_slice = piece.first,
+                 .slices = frames,
+                 .keeps_others = std::exchange(texture_written_, true)});
   pass_barrier(commands);
   run(Shader::kNeighbourMinMax, blocks_across, blocks_down);
   pass_barrier(commands);

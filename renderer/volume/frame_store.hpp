@@ -13,12 +13,15 @@
 #include "proto/model/volume.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
 #include "renderer/pipelines/pipelines.hpp"
+#include "renderer/volume/frame_preparer.hpp"
+#include "renderer/volume/frame_workers.hpp"
 #include "renderer/vulkan/gpu_memory.hpp"
 
 namespace fanlight {
 
 /// The frames of one volume on the GPU. Frames are staged as they arrive, prepared by pass 0, and copied to
 /// where rays sample them, with the minima and maxima of their grey levels, by which rays skip empty space.
+/// Pass 0 runs on the GPU, or where that is a processor in FramePreparer.
 /// Frames are indexed by ascending angle. Frames that were staged at the wrong index, or dropped by the
 /// queue, are detected by their commit number when the whole volume is loaded, and staged then; the others
 /// are not copied again.
@@ -36,6 +39,8 @@ class FrameStore {
     bool zero_is_unscanned = false;   ///< as FanGeometry's
     std::uint64_t piece_samples = 0;  ///< approximate work of one piece, in samples of pass 1
     Sampling sampling = Sampling::kTexture;
+    /// Prepare the frames with Sampling::kGathering, when they must outlive the store; not used else.
+    FrameWorkers* workers = nullptr;
   };
 
   FrameStore() = default;
@@ -85,7 +90,12 @@ class FrameStore {
   /// Distance, in frames, over which pass 0 mixes frames.
   std::uint32_t reach_frames() const { return speckle_reach_frames(wanted_); }
 
-  /// Records pass 0 for the next piece, some frames. Precondition: !done(), and the descriptors of
+  /// Whether the processor runs pass 0, by prepare_piece(); else the GPU does, by record_piece().
+  bool is_prepared_here() const { return config_.sampling == Sampling::kGathering; }
+  /// Runs pass 0 for the next piece, some frames. Precondition: !done(), is_prepared_here(), and nothing that
+  /// samples the frames is outstanding.
+  void prepare_piece();
+  /// Records pass 0 for the next piece. Precondition: !done(), !is_prepared_here(), and the descriptors of
   /// the pass are bound.
   void record_piece(VkCommandBuffer commands);
 
@@ -94,7 +104,7 @@ class FrameStore {
 
   /// Buffers for the descriptors of FANLIGHT_BINDING_...; nullptr for a buffer that does not exist. The last
   /// begin() or a new store may have replaced them; bindings_changed() says so about begin().
-  using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 10>;
+  using Bindings = std::array<std::pair<std::uint32_t, const GpuBuffer*>, 9>;
   Bindings bindings() const;
   bool bindings_changed() const { return bindings_changed_; }
 
@@ -107,14 +117,19 @@ class FrameStore {
   };
   std::uint32_t words_in_row() const { return (config_.columns + kPixelsInWord - 1) / kPixelsInWord; }
   std::uint64_t frame_bytes() const { return std::uint64_t{kPixelsInWord} * words_in_row() * config_.rows; }
+  // Of a frame.
+  std::uint64_t packed_words() const;
+  std::uint64_t bounds_words() const;
   bool filters() const { return wanted_.filter != SpeckleFilter::kNone; }
   std::uint64_t frames_at_a_time(const Scene::Speckle& options) const;
+  double samples_of_pixel() const;
   std::uint32_t piece_frames() const;
   std::optional<Piece> next_piece() const;
   void set_frame_count(std::uint32_t frames);
   void copy_frame(std::uint32_t frame_index, std::uint64_t commit_number,
                   std::span<const std::uint8_t> pixels);
   Result<void> create_volume();
+  Result<void> create_min_max();
   Result<void> create_filter_memory(const Scene::Speckle& options);
   Result<void> find_pipelines();
   void record_filter(VkCommandBuffer commands, Piece piece);
@@ -135,11 +150,12 @@ class FrameStore {
   std::vector<bool> prepared_;
 
   GpuBuffer staged_;
-  GpuBuffer coefficients_;  // this and the next are allocated when a filter is first requested
+  GpuBuffer coefficients_;  // this and the next are allocated when the GPU is first to filter
   GpuBuffer filtered_;
-  GpuBuffer blocks_;
+  GpuBuffer blocks_;  // where the GPU finds the bounds
   GpuBuffer bounds_;
-  GpuBuffer packed_;  // this or the texture, by Sampling
+  std::vector<FramePreparer> preparers_;  // for each worker
+  GpuBuffer packed_;                      // this or the texture, by Sampling
   GpuImage texture_;
   bool texture_written_ = false;
   [[no_unique_address]] ThreadOwner thread_owner_;

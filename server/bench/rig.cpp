@@ -13,7 +13,7 @@ constexpr std::int64_t kSecondNs = 1'000'000'000;
 
 }  // namespace
 
-Result<void> BenchRig::start(Skipping skipping) {
+Result<void> BenchRig::start(Skipping skipping, Counting counting) {
   const SourceDescription& source = volumes_.description();
   const auto side = static_cast<std::uint32_t>(picture_);
   auto made = Renderer::create(
@@ -22,7 +22,8 @@ Result<void> BenchRig::start(Skipping skipping) {
        .first_angle_rad = source.first_angle_rad,
        .last_angle_rad = source.last_angle_rad,
        .frame_capacity = volumes_.frame_capacity(),
-       .skipping = skipping},
+       .skipping = skipping,
+       .counting = counting},
       {.gpu = *device_.gpu, .counters = counters_, .light_gpu = device_.light_gpu.get()}, scene_);
   if (!made) return made.error();
   renderer_ = std::move(*made);

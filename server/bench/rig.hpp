@@ -27,7 +27,7 @@ class BenchRig {
         scene_{.revision = 1, .scene = work.scene},
         picture_(work.picture) {}
 
-  Result<void> start(Skipping skipping);
+  Result<void> start(Skipping skipping, Counting counting = Counting::kOff);
 
   // Each returns the time from the call to the finished picture in ms.
 

@@ -14,6 +14,7 @@
 
 #include "proto/base/file_replacement.hpp"
 #include "renderer/vulkan/render_device.hpp"
+#include "server/bench/limit.hpp"
 #include "server/bench/memory.hpp"
 #include "server/bench/pipeline.hpp"
 #include "server/bench/run.hpp"
@@ -315,6 +316,83 @@ Result<void> bench_scale(const BenchOptions& options) {
   return {};
 }
 
+nlohmann::ordered_json as_json(const MachineLimits& machine) {
+  return {{"processors", machine.processors}, {"vectors", machine.vectors},
+          {"gigahertz", machine.gigahertz},   {"read_gb_s", machine.read_gb_s},
+          {"gather_ns", machine.gather_ns},   {"far_gather_ns", machine.far_gather_ns},
+          {"gflop_s", machine.gflop_s}};
+}
+
+void print_machine(const RenderDevice& device, const MachineLimits& machine) {
+  fmt::print("{}\n", device.name());
+  fmt::print(
+      "{} processors of {:.1f} GHz, {}: read {:.0f} GB/s, multiply and add {:.0f} GFlop/s, together; gather "
+      "a "
+      "word in {:.2f} ns each, far ones in {:.1f} ns\n",
+      machine.processors, machine.gigahertz, machine.vectors, machine.read_gb_s, machine.gflop_s,
+      machine.gather_ns, machine.far_gather_ns);
+}
+
+nlohmann::ordered_json as_json(const BenchRow& row, const RowLimits& limits) {
+  nlohmann::ordered_json passes = nlohmann::ordered_json::array();
+  for (const PassLimit& pass : limits.passes) {
+    passes.push_back({{"pass", pass.pass},
+                      {"ms", pass.ms},
+                      {pass.item, pass.items},
+                      {"ns_an_item_and_processor", pass.item_ns},
+                      {"cycles_an_item", pass.item_cycles},
+                      {"bytes_an_item", pass.item_bytes},
+                      {"memory_ms", pass.memory_ms},
+                      {"gather_ms", pass.gather_ms},
+                      {"times_the_least", pass.times_the_least()}});
+  }
+  return {
+      {"name", row.name}, {"input", row.input}, {"sampled_share", limits.sampled_share}, {"passes", passes}};
+}
+
+void print_limits(const BenchRow& row, const RowLimits& limits) {
+  fmt::print("\n{}: {:.1f} % of the samples of a cast without skipping are read\n", row.name,
+             100 * limits.sampled_share);
+  fmt::print("{:<10} {:>20} {:>9} {:>10} {:>12} {:>11} {:>11} {:>11} {:>10}\n", "pass", "work", "ms",
+             "ns each", "cycles each", "bytes each", "memory ms", "gather ms", "ms / least");
+  for (const PassLimit& pass : limits.passes) {
+    fmt::print(
+        "{:<10} {:>10.2f} M {:<7} {:>9.2f} {:>10.2f} {:>12.1f} {:>11.2f} {:>11.2f} {:>11.2f} {:>10.1f}\n",
+        pass.pass, static_cast<double>(pass.items) / 1e6, pass.item, pass.ms, pass.item_ns, pass.item_cycles,
+        pass.item_bytes, pass.memory_ms, pass.gather_ms, pass.times_the_least());
+  }
+  std::fflush(stdout);
+}
+
+Result<void> bench_limit(const BenchOptions& options) {
+  const auto device = open_bench_device(options);
+  if (!device) return device.error();
+  if (device->gpu->candidate().kind != kProcessorKind) {
+    return Error{
+        ErrorCode::kUnsupported,
+        fmt::format("{} is no processor, expected one: the limits measured are those of the processors",
+                    device->name())};
+  }
+  BenchOptions usual = options;
+  if (usual.only.empty() && usual.input.empty()) usual.only = "r1/paper";
+  const auto rows = chosen_rows(usual);
+  if (!rows) return rows.error();
+  const MachineLimits machine = measure_machine_limits();
+  nlohmann::ordered_json report = {{"device", device->name()},
+                                   {"machine", as_json(machine)},
+                                   {"rounds", options.count},
+                                   {"rows", nlohmann::ordered_json::array()}};
+  if (!options.json) print_machine(*device, machine);
+  for (const BenchRow& row : *rows) {
+    const auto limits = run_bench_limit(*device, machine, row, options.count);
+    if (!limits) return limits.error();
+    report["rows"].push_back(as_json(row, *limits));
+    if (!options.json) print_limits(row, *limits);
+  }
+  if (options.json) fmt::print("{}\n", json_text(report, 1));
+  return {};
+}
+
 void add_device_options(CLI::App& command, BenchOptions& options) {
   command.add_option("--gpu", options.gpu, "GPU to use, by a part of its name")->type_name("NAME");
   add_named_option<std::optional<BufferAccess>, BufferAccess>(
@@ -354,9 +432,12 @@ Command add_bench_command(CLI::App& program) {
   CLI::App* const memory = command->add_subcommand("memory", "Measure memory use, and whether it grows");
   CLI::App* const scale = command->add_subcommand(
       "scale", "Measure how the cost grows with pixels, voxels, frames and private views");
+  CLI::App* const limit =
+      command->add_subcommand("limit", "Compare each pass with what the processors can do at most");
   const auto options = std::make_shared<BenchOptions>();
-  for (const auto& [app, what] : {std::pair(command, "Number of rounds per row"),
-                                  std::pair(pipeline, "Number of blocks, pipelined and serial each")}) {
+  for (const auto& [app, what] :
+       {std::pair(command, "Number of rounds per row"), std::pair(limit, "Number of rounds per row"),
+        std::pair(pipeline, "Number of blocks, pipelined and serial each")}) {
     add_options(*app, *options);
     app->add_option("--count", options->count, what)
         ->capture_default_str()
@@ -387,8 +468,9 @@ Command add_bench_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(10, 1'000'000))
       ->type_name("N");
-  return [options, pipeline, memory, scale]() {
+  return [options, pipeline, memory, scale, limit]() {
     if (pipeline->parsed()) return bench_pipeline(*options);
+    if (limit->parsed()) return bench_limit(*options);
     if (scale->parsed()) return bench_scale(*options);
     return memory->parsed() ? bench_memory(*options) : bench(*options);
   };

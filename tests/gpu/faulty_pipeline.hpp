@@ -74,6 +74,7 @@ class FaultyPipeline : public testing::Test {
          .first_angle_rad = angles_rad_.front(),
          .last_angle_rad = angles_rad_.back(),
          .frame_capacity = 9,
+         .sampling = sampling_,
          .watchdog = limits_},
         {.gpu = *device->gpu, .counters = counters_, .light_gpu = device->light_gpu.get()}, scene);
     if (!renderer) return renderer.error();
@@ -152,7 +153,8 @@ class FaultyPipeline : public testing::Test {
   const std::vector<double> angles_rad_ = {-0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 0.4};
   const Scene scene_ = scene_for(kGeometry, angles_rad_.front(), angles_rad_.back());
   std::optional<Watchdog::Limits> limits_;
-  int instances_before_ = 0;  // start()
+  std::optional<Sampling> sampling_;  // of start(); absent: as usual
+  int instances_before_ = 0;          // start()
   Counter messages_;
   Doorbell render_bell_;
   Doorbell server_bell_;

@@ -52,6 +52,12 @@ class GpuFaultTest : public FaultyPipeline {
   std::uint64_t submissions_ = 0;  // of a volume
 };
 
+/// Where pass 0 is the GPU's: with a texture it is, on a processor too.
+class GpuFilterFaultTest : public GpuFaultTest {
+ protected:
+  GpuFilterFaultTest() { sampling_ = Sampling::kTexture; }
+};
+
 TEST_F(GpuFaultTest, ALossAtAnySubmissionOfAVolumeCostsThatDeviceOnly) {
   // The first ones prepare and cast, the last one lights and reads back. Two losses, so that the GPU is not
   // given up.
@@ -258,7 +264,7 @@ TEST_F(GpuFaultTest, ChangesOfPasses2And3NeedNoPipeline) {
   end();
 }
 
-TEST_F(GpuFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
+TEST_F(GpuFilterFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
   std::uint64_t revision = 1;
   for (const PassChange& each : kPassChanges) {
     Scene changed = scene_;
@@ -308,7 +314,7 @@ TEST_F(GpuFaultTest, TheLightOfAnOlderCastDoesNotProveANewView) {
   end();
 }
 
-TEST_F(GpuFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
+TEST_F(GpuFilterFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
   Scene filtered = scene_;
   filtered.speckle.across += 2;  // it needs more memory for its coefficients
   inject({.call = GpuCall::kAllocateMemory, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});

@@ -303,7 +303,7 @@ TEST(ShaderInterfaceTest, ReadsEachKindOfDescriptor) {
   EXPECT_EQ(texels[FANLIGHT_BINDING_DEPTH], VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
   const BindingTypes& storage = binding_types(BufferAccess::kStorage);
   EXPECT_EQ(storage[FANLIGHT_BINDING_ANGLE_TABLE], VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
-  EXPECT_FALSE(storage[FANLIGHT_BINDING_PACKED_TEXELS]) << "the same buffer as for writing";
+  EXPECT_FALSE(storage[FANLIGHT_BINDING_BLOCK_MIN_MAX_TEXELS]) << "the same buffer as for writing";
 }
 
 }  // namespace
