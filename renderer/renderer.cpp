@@ -395,6 +395,8 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
   // No call waits for semaphores of two devices.
   if (earliest != nullptr && lighting != nullptr) timeout_ns = std::min(timeout_ns, kBothDevicesNs);
   const SubmissionTimeline* const awaited = lighting != nullptr ? lighting : earliest;
+  // A piece of pass 0 that the processor runs is done when it returns, and the next one is due.
+  if (prepares_here()) timeout_ns = 0;
   if (awaited != nullptr) {
     if (auto waited = awaited->wait(static_cast<std::uint64_t>(timeout_ns)); !waited) {
       devices_.note_fault(Gpu::Condition::kLost, waited.error());

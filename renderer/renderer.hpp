@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -270,6 +271,11 @@ class Renderer {
   bool falls_back(const Error& error);
   Result<void> retry_held();
   Result<void> observe();
+  bool prepares_here() const {
+    return std::ranges::any_of(slots_, [](const auto& state) {
+      return state->phase == WorkPhase::kCasting && state->slot.prepares_here();
+    });
+  }
   Result<void> known_fault() const {
     const Error* const known = devices_.fault();
     return known == nullptr ? Result<void>{} : *known;

@@ -76,8 +76,9 @@ class VolumeInFlight {
   void stage(const FanGeometry& geometry, std::uint32_t frame_index, std::uint32_t frames,
              std::uint64_t commit_number, std::span<const std::uint8_t> pixels);
 
-  /// Submits pass 0 for frames that are staged ahead; false where there are none, or where the filter needs
-  /// their neighbours first. `levels`: those that load() will get. Precondition: nothing is outstanding.
+  /// Runs or submits a piece of pass 0 for frames that are staged ahead; false where there are none, or where
+  /// the filter needs their neighbours first. `levels`: those that load() will get. Precondition: nothing is
+  /// outstanding.
   Result<bool> prepare_ahead(const Scene& scene, const EchoLevels& levels);
 
   /// Whether frames of the next volume were staged since the cast.
@@ -123,6 +124,8 @@ class VolumeInFlight {
   Result<void> add_weights(const Scene& scene) { return cast_.add_weights(scene, bindings()); }
   void drop_held_weights() { cast_.drop_held_weights(); }
 
+  /// Whether the processor has a piece of pass 0 left to run.
+  bool prepares_here() const { return frames_.is_prepared_here() && !frames_.done(); }
   bool cast_submitted() const { return frames_.done() && cast_.submitted(); }
   bool cast_nearly_submitted() const { return frames_.done() && cast_.nearly_submitted(); }
 

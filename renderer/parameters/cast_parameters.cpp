@@ -322,7 +322,7 @@ CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping ski
       skipping == Skipping::kOn &&
       (kept == FANLIGHT_KEEP_NOTHING || kept == FANLIGHT_KEEP_COLOUR || kept == FANLIGHT_KEEP_LAYERS);
   // Where frames are replaced one by one, the tiles that a frame can have changed are cast again.
-  const bool replaces_frames = scene.refresh == Refresh::kFrame;
+  const bool replaces_frames = scene.refresh == Refresh::kFrame && counting == Counting::kOff;
   const auto cast = [&](int tiles) {
     return PipelineKey{
         .shader = Shader::kCast,

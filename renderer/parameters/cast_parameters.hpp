@@ -61,7 +61,7 @@ struct CastKeys {
   std::optional<PipelineKey> dirty_tiles;  ///< absent unless frames are replaced one by one (Refresh::kFrame)
                                            ///< and rays skip empty space
 };
-/// `counting`: of whole casts, where frames are not replaced one by one.
+/// `counting`: of whole casts. Then no tiles are cast again where frames are replaced one by one.
 CastKeys cast_keys(const Scene& scene, const FanGeometry& geometry, Skipping skipping,
                    Counting counting = Counting::kOff);
 

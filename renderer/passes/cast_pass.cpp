@@ -136,7 +136,7 @@ Result<void> CastPass::submit_maps(VkQueue queue) {
 
 /// Runs a piece of pass 0 on the processor.
 void CastPass::prepare_here(FrameStore& frames) {
-  // Devices that gather are processors, whose clock is this one.
+  // Processors gather, and their clock is this one.
   if (!std::exchange(preparing_, true)) prepared_here_.begin_ns = now_ns();
   frames.prepare_piece();
   prepared_here_.end_ns = now_ns();
@@ -150,7 +150,7 @@ std::array<StageSpan, kStages> CastPass::stage_spans() const {
 
 Result<void> CastPass::prepare_ahead(const VolumeBindings& volume) {
   if (volume.frames.is_prepared_here()) {
-    while (!volume.frames.done()) volume.frames.prepare_piece();
+    volume.frames.prepare_piece();
     return {};
   }
   const auto commands = recorder_.begin();

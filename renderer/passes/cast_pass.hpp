@@ -84,7 +84,7 @@ class CastPass {
     return next_tile_ > 0 && tiles_ - next_tile_ <= std::max(tiles_ / 4, band_tiles_);
   }
 
-  /// Submits one piece of pass 0 only, or runs all of it on the processor. Precondition: nothing is
+  /// Submits one piece of pass 0 only, or runs it on the processor. Precondition: nothing is
   /// outstanding, and the frames are not done.
   Result<void> prepare_ahead(const VolumeBindings& volume);
 

@@ -12,6 +12,10 @@ namespace fanlight {
 
 namespace {
 
+// row_kernels::pack() writes whole vectors of words: what follows the columns in a packed row has room for
+// one.
+static_assert(FANLIGHT_PACKED_STRIDE(64U) - 64U >= row_kernels::kVectorBytes / sizeof(std::uint32_t));
+
 constexpr std::size_t kBlock = FANLIGHT_BLOCK;
 static_assert(FANLIGHT_BLOCK == 4 && FANLIGHT_BLOCKS_IN_BOUND == 4,
               "row_kernels::find_bounds and join_bounds");

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "renderer/vulkan/command_recording.hpp"
 #include "shaders/bindings.h"
@@ -256,8 +257,11 @@ double FrameStore::samples_of_pixel() const {
 
 std::uint32_t FrameStore::piece_frames() const {
   const bool at_a_time = wanted_.filter == SpeckleFilter::kGuided && !is_prepared_here();
-  const double frames =
+  double frames =
       static_cast<double>(config_.piece_samples) / (samples_of_pixel() * static_cast<double>(frame_bytes()));
+  // Each thread takes whole frames. The samples above are those of two.
+  if (is_prepared_here())
+    frames = std::max(std::ceil(frames / 2), 1.0) * static_cast<double>(config_.workers->threads());
   const std::uint64_t most = at_a_time ? frames_at_a_time(wanted_) : std::max(frames_, 1U);
   return static_cast<std::uint32_t>(std::clamp(frames, 1.0, static_cast<double>(most)));
 }

@@ -21,15 +21,15 @@ namespace fanlight {
 
 /// The frames of one volume on the GPU. Frames are staged as they arrive, prepared by pass 0, and copied to
 /// where rays sample them, with the minima and maxima of their grey levels, by which rays skip empty space.
-/// Pass 0 runs on the GPU, or where that is a processor in FramePreparer.
+/// Pass 0 runs on the GPU; with Sampling::kGathering, which is for processors, in FramePreparer.
 /// Frames are indexed by ascending angle. Frames that were staged at the wrong index, or dropped by the
 /// queue, are detected by their commit number when the whole volume is loaded, and staged then; the others
 /// are not copied again.
 ///
 /// Owns the buffers and the texture of the frames. Render thread only.
 ///
-/// Life: load(volume), or stage() of single frames -> begin(options) -> record_piece() until done(); again
-/// from begin(), for other options, or from load() or stage().
+/// Life: load(volume), or stage() of single frames -> begin(options) -> record_piece() or prepare_piece()
+/// until done(); again from begin(), for other options, or from load() or stage().
 class FrameStore {
  public:
   struct Config {
@@ -39,7 +39,7 @@ class FrameStore {
     bool zero_is_unscanned = false;   ///< as FanGeometry's
     std::uint64_t piece_samples = 0;  ///< approximate work of one piece, in samples of pass 1
     Sampling sampling = Sampling::kTexture;
-    /// Prepare the frames with Sampling::kGathering, when they must outlive the store; not used else.
+    /// They prepare the frames with Sampling::kGathering, and must then outlive the store. Else not used.
     FrameWorkers* workers = nullptr;
   };
 

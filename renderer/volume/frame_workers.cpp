@@ -4,6 +4,10 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "proto/base/low_priority.hpp"
 
 namespace fanlight {
 
@@ -14,19 +18,18 @@ std::size_t FrameWorkers::usual_threads() {
 }
 
 FrameWorkers::FrameWorkers(std::size_t threads) {
+  workers_.reserve(threads);
   for (std::size_t thread = 1; thread < threads; ++thread) {
-    Worker& worker = *workers_.emplace_back(std::make_unique<Worker>());
-    worker.thread =
-        std::jthread([this, &worker, thread](const std::stop_token& stop) { serve(worker, thread, stop); });
+    auto worker = std::make_unique<Worker>();
+    try {
+      worker->thread = std::jthread([this, &begin = worker->begin, thread](const std::stop_token& stop) {
+        serve(begin, thread, stop);
+      });
+    } catch (const std::system_error&) {
+      return;  // fewer threads do the same work
+    }
+    workers_.push_back(std::move(worker));
   }
-}
-
-FrameWorkers::~FrameWorkers() {
-  for (const auto& worker : workers_) {
-    worker->thread.request_stop();
-    worker->begin.ring();
-  }
-  workers_.clear();  // joins them, before what they use is destroyed
 }
 
 void FrameWorkers::run(std::size_t count) {
@@ -43,11 +46,13 @@ void FrameWorkers::work(std::size_t thread) {
   for (std::size_t index = next_++; index < count_; index = next_++) call_(task_, thread, index);
 }
 
-void FrameWorkers::serve(Worker& worker, std::size_t thread, const std::stop_token& stop) {
+void FrameWorkers::serve(Doorbell& begin, std::size_t thread, const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "prepare");
-  for (;;) {
-    worker.begin.wait(-1);
-    if (stop.stop_requested()) return;
+  lower_priority(kCastNiceness);
+  const std::stop_callback wakes(stop, [&begin] { begin.ring(); });
+  while (!stop.stop_requested()) {
+    // A signal may end the wait without a ring.
+    if (!begin.wait(-1) || stop.stop_requested()) continue;
     work(thread);
     if (--at_work_ == 0) ended_.ring();
   }

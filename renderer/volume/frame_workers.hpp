@@ -16,9 +16,9 @@ namespace fanlight {
 /// Threads that share the work of the render thread on the frames of a volume. They sleep between two calls.
 class FrameWorkers {
  public:
-  /// `threads`: that work at the same time, with the caller of run().
+  /// `threads`: that work at the same time, with the caller of run(). Where the system has no more, there are
+  /// fewer.
   explicit FrameWorkers(std::size_t threads = usual_threads());
-  ~FrameWorkers();
   FrameWorkers(const FrameWorkers&) = delete;
   FrameWorkers& operator=(const FrameWorkers&) = delete;
 
@@ -46,7 +46,7 @@ class FrameWorkers {
   };
   void run(std::size_t count);
   void work(std::size_t thread);
-  void serve(Worker& worker, std::size_t thread, const std::stop_token& stop);
+  void serve(Doorbell& begin, std::size_t thread, const std::stop_token& stop);
 
   // Of the call under way: written before the bells ring.
   void (*call_)(void* task, std::size_t thread, std::size_t index) = nullptr;
@@ -55,7 +55,7 @@ class FrameWorkers {
   std::atomic<std::size_t> next_ = 0;
   std::atomic<std::size_t> at_work_ = 0;
   Doorbell ended_;
-  std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<std::unique_ptr<Worker>> workers_;  // last: they use the other members until they are joined
 };
 
 }  // namespace fanlight

@@ -14,12 +14,12 @@ namespace fanlight::row_kernels::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // A step of most loops handles one vector of words; narrower values have as many lanes.
-constexpr hn::ScalableTag<std::uint32_t> kWords;
+constexpr hn::CappedTag<std::uint32_t, kVectorBytes / sizeof(std::uint32_t)> kWords;
 constexpr hn::RebindToSigned<decltype(kWords)> kIntegers;
 constexpr hn::RebindToFloat<decltype(kWords)> kFloats;
 constexpr hn::Rebind<std::uint16_t, decltype(kWords)> kHalves;
 constexpr hn::Rebind<std::uint8_t, decltype(kWords)> kBytes;
-constexpr hn::ScalableTag<std::uint8_t> kAllBytes;
+constexpr hn::CappedTag<std::uint8_t, kVectorBytes> kAllBytes;
 
 using Words = hn::Vec<decltype(kWords)>;
 using Integers = hn::Vec<decltype(kIntegers)>;
@@ -66,7 +66,7 @@ HWY_INLINE Words kept_scanned(Words filtered, Words grey) {
 
 void slide(const ColumnSums& sums, const std::uint8_t* entering, const std::uint8_t* leaving,
            std::size_t columns) {
-  constexpr hn::ScalableTag<std::uint16_t> halves;
+  constexpr hn::CappedTag<std::uint16_t, kVectorBytes / sizeof(std::uint16_t)> halves;
   constexpr hn::Rebind<std::uint8_t, decltype(halves)> bytes;
   const auto one = hn::Set(halves, 1);
   for (std::size_t column = 0; column < columns; column += hn::Lanes(halves)) {

@@ -13,8 +13,10 @@
 /// of the window along the row, at most 3.
 namespace fanlight::row_kernels {
 
-/// At least the lanes of the widest vector of bytes, which the last step of a loop may read beyond a row.
-constexpr std::size_t kRowPadding = 64;
+/// Bytes of the widest vector that is used.
+constexpr std::size_t kVectorBytes = 64;
+/// At least a vector of bytes and a radius, which the last step of a loop reads beyond a row.
+constexpr std::size_t kRowPadding = 2 * kVectorBytes;
 
 /// Sums of a column over the rows and frames of a window.
 struct ColumnSums {

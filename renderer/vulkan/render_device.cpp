@@ -3,10 +3,11 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <future>
 #include <utility>
+
+#include "proto/base/low_priority.hpp"
 
 namespace fanlight {
 
@@ -15,10 +16,6 @@ namespace {
 // lavapipe with its compiler takes 1.4 to 1.7 GB of addresses, of which it uses a fifth, and 1.9 GB with two
 // devices; with less it ends the process in the midst of its work. Drivers of GPUs take more.
 constexpr rlim_t kLeastAddressBytes = 2'000'000'000;
-
-// Of the threads of pass 1, where passes 2 and 3 have threads of their own: those then get three quarters of
-// a processor that both want.
-constexpr int kCastNiceness = 5;
 
 Result<void> check_address_space() {
   rlimit limit{};
@@ -43,9 +40,7 @@ Result<RenderDevice> open_one(const std::string& name, const DeviceOptions& opti
 Result<RenderDevice> open_in_background(const std::string& name, const DeviceOptions& options) {
   return std::async(std::launch::async,
                     [&] {
-                      // Linux has a priority for each thread. Where this one is not allowed, all have the
-                      // same.
-                      setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kCastNiceness);
+                      lower_priority(kCastNiceness);
                       return open_one(name, options);
                     })
       .get();

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "renderer/volume/frame_workers.hpp"
 #include "server/bench/rig.hpp"
 #include "server/bench/run.hpp"
 #include "server/bench/work.hpp"
@@ -30,10 +31,10 @@ Result<std::uint64_t> count_samples(const RenderDevice& device, BenchWork& work,
   return rig.renderer().read_sample_count();
 }
 
-void set_least(PassLimit& pass, const MachineLimits& machine) {
+void set_least(PassLimit& pass, const MachineLimits& machine, std::size_t threads) {
   if (pass.items == 0) return;
   const auto items = static_cast<double>(pass.items);
-  const auto processors = static_cast<double>(machine.processors);
+  const auto processors = static_cast<double>(threads);
   pass.item_ns = 1e6 * pass.ms * processors / items;
   pass.item_cycles = pass.item_ns * machine.gigahertz;
   pass.memory_ms = items * pass.item_bytes / machine.read_gb_s / 1e6;
@@ -64,9 +65,9 @@ Result<RowLimits> run_bench_limit(const RenderDevice& device, const MachineLimit
   const std::uint64_t voxels = geometry.frame_bytes() * rig.picture().stamp.volume.frames;
   const std::uint64_t pixels = rig.picture().rgba.size() / 4;
   // A ray that reads nothing still writes its pixel; the volume is read once at most.
-  const double cast_bytes =
-      (static_cast<double>(voxels) * kPackedBytes + 2 * kPixelBytes * static_cast<double>(pixels)) /
-      std::max(static_cast<double>(*samples), 1.0);
+  const double all_cast_bytes =
+      static_cast<double>(voxels) * kPackedBytes + 2 * kPixelBytes * static_cast<double>(pixels);
+  const double cast_bytes = *samples > 0 ? all_cast_bytes / static_cast<double>(*samples) : 0;
   struct Work {
     Stage stage;
     std::uint64_t items;
@@ -81,7 +82,9 @@ Result<RowLimits> run_bench_limit(const RenderDevice& device, const MachineLimit
                          {Stage::kFinish, pixels, "pixels", 2 * kPixelBytes, 0},
                          {Stage::kReadBack, pixels, "pixels", 4 * kPixelBytes, 0}};
   RowLimits limits{.passes = {},
-                   .sampled_share = static_cast<double>(*samples) / static_cast<double>(*all_samples)};
+                   .sampled_share = *all_samples > 0
+                                        ? static_cast<double>(*samples) / static_cast<double>(*all_samples)
+                                        : 0};
   for (const Work& each : passes) {
     const auto stage = static_cast<std::size_t>(each.stage);
     PassLimit& pass = limits.passes.emplace_back(PassLimit{.pass = std::string(kStageNames[stage]),
@@ -90,7 +93,9 @@ Result<RowLimits> run_bench_limit(const RenderDevice& device, const MachineLimit
                                                            .item = each.item,
                                                            .item_bytes = each.bytes,
                                                            .item_gathers = each.gathers});
-    set_least(pass, machine);
+    const bool is_prepared = each.stage == Stage::kPrepare;
+    set_least(pass, machine,
+              is_prepared ? std::min(machine.processors, FrameWorkers::usual_threads()) : machine.processors);
   }
   return limits;
 }

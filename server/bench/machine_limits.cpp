@@ -12,7 +12,10 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <random>
+#include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -107,9 +110,11 @@ double least_s(std::size_t processors, const std::function<void(std::size_t)>& w
   return least;
 }
 
-// What is computed for nothing goes here, so that it is computed.
-volatile std::uint32_t sink;
-volatile float float_sink;
+/// Makes the compiler compute a value that is not used.
+template <typename Value>
+void compute(const Value& value) {
+  asm volatile("" : : "m"(value) : "memory");
+}
 
 double measured_gigahertz() {
   constexpr std::uint64_t kRounds = 50'000'000;
@@ -121,19 +126,24 @@ double measured_gigahertz() {
       product *= factor;
       asm volatile("" : "+r"(product), "+r"(factor));  // or the compiler would find a shorter way
     }
-    sink = static_cast<std::uint32_t>(product);
+    compute(product);
   });
   return kRounds * kCycles / s / 1e9;
 }
 
 double measured_read_gb_s(std::size_t processors) {
-  // More than the caches of any processor so far, if each reads its own.
-  constexpr std::size_t kWordsOfEach = std::size_t{256} << 18;
-  const std::vector<std::uint32_t> words(kWordsOfEach * processors, 1);
-  const double s = least_s(processors, [&](std::size_t thread) {
-    sink = HWY_DYNAMIC_DISPATCH(read_words)(words.data() + thread * kWordsOfEach, kWordsOfEach);
+  // More than the caches of any processor so far. Each thread writes its part first, so that the part lies
+  // near it.
+  constexpr std::size_t kAllWords = std::size_t{1} << 28;
+  const std::size_t words_of_each = kAllWords / processors;
+  std::vector<std::unique_ptr<std::uint32_t[]>> parts(processors);
+  least_s(processors, [&](std::size_t thread) {
+    if (!parts[thread]) parts[thread] = std::make_unique<std::uint32_t[]>(words_of_each);
   });
-  return static_cast<double>(words.size() * sizeof(std::uint32_t)) / s / 1e9;
+  const double s = least_s(processors, [&](std::size_t thread) {
+    compute(HWY_DYNAMIC_DISPATCH(read_words)(parts[thread].get(), words_of_each));
+  });
+  return static_cast<double>(words_of_each * processors * sizeof(std::uint32_t)) / s / 1e9;
 }
 
 /// ns a word and processor. `bytes`: in which the words lie; `together`: that follow one another.
@@ -150,7 +160,7 @@ double measured_gather_ns(std::size_t processors, std::size_t bytes, std::size_t
   }
   const double s = least_s(processors, [&](std::size_t) {
     for (int round = 0; round < kRounds; ++round)
-      sink = HWY_DYNAMIC_DISPATCH(gather_words)(words.data(), indices.data(), indices.size());
+      compute(HWY_DYNAMIC_DISPATCH(gather_words)(words.data(), indices.data(), indices.size()));
   });
   return 1e9 * s / (static_cast<double>(kIndices) * kRounds);
 }
@@ -162,9 +172,15 @@ double measured_gflop_s(std::size_t processors) {
     float result = 0;
     const double done = HWY_DYNAMIC_DISPATCH(multiply_and_add)(kRounds, result);
     if (thread == 0) operations = done;
-    float_sink = result;
+    compute(result);
   });
   return operations * static_cast<double>(processors) / s / 1e9;
+}
+
+/// The processor's name of Highway's target.
+std::string vectors(std::string_view target) {
+  if (target.starts_with("AVX3")) return "AVX-512";
+  return std::string(target);
 }
 
 }  // namespace
@@ -177,7 +193,7 @@ MachineLimits measure_machine_limits() {
   constexpr std::size_t kFarBytes = std::size_t{16} << 20;
   const std::size_t processors = std::max(std::thread::hardware_concurrency(), 1U);
   return {.processors = processors,
-          .vectors = HWY_DYNAMIC_DISPATCH(name)(),
+          .vectors = vectors(HWY_DYNAMIC_DISPATCH(name)()),
           .gigahertz = measured_gigahertz(),
           .read_gb_s = measured_read_gb_s(processors),
           .gather_ns = measured_gather_ns(processors, kNearBytes, HWY_DYNAMIC_DISPATCH(word_lanes)()),

@@ -324,13 +324,12 @@ nlohmann::ordered_json as_json(const MachineLimits& machine) {
 }
 
 void print_machine(const RenderDevice& device, const MachineLimits& machine) {
-  fmt::print("{}\n", device.name());
-  fmt::print(
-      "{} processors of {:.1f} GHz, {}: read {:.0f} GB/s, multiply and add {:.0f} GFlop/s, together; gather "
-      "a "
-      "word in {:.2f} ns each, far ones in {:.1f} ns\n",
-      machine.processors, machine.gigahertz, machine.vectors, machine.read_gb_s, machine.gflop_s,
-      machine.gather_ns, machine.far_gather_ns);
+  fmt::print("{}\n{} processors of {:.1f} GHz with {}\n", device.name(), machine.processors,
+             machine.gigahertz, machine.vectors);
+  fmt::print("together:  read {:.0f} GB/s, multiply and add {:.0f} GFlop/s\n", machine.read_gb_s,
+             machine.gflop_s);
+  fmt::print("each:      gather a word in {:.2f} ns in the first cache, in {:.2f} ns anywhere in 16 MB\n",
+             machine.gather_ns, machine.far_gather_ns);
 }
 
 nlohmann::ordered_json as_json(const BenchRow& row, const RowLimits& limits) {
@@ -338,10 +337,11 @@ nlohmann::ordered_json as_json(const BenchRow& row, const RowLimits& limits) {
   for (const PassLimit& pass : limits.passes) {
     passes.push_back({{"pass", pass.pass},
                       {"ms", pass.ms},
-                      {pass.item, pass.items},
-                      {"ns_an_item_and_processor", pass.item_ns},
-                      {"cycles_an_item", pass.item_cycles},
-                      {"bytes_an_item", pass.item_bytes},
+                      {"items", pass.items},
+                      {"item", pass.item},
+                      {"ns_per_item_and_processor", pass.item_ns},
+                      {"cycles_per_item_and_processor", pass.item_cycles},
+                      {"bytes_per_item", pass.item_bytes},
                       {"memory_ms", pass.memory_ms},
                       {"gather_ms", pass.gather_ms},
                       {"times_the_least", pass.times_the_least()}});
@@ -351,15 +351,22 @@ nlohmann::ordered_json as_json(const BenchRow& row, const RowLimits& limits) {
 }
 
 void print_limits(const BenchRow& row, const RowLimits& limits) {
-  fmt::print("\n{}: {:.1f} % of the samples of a cast without skipping are read\n", row.name,
-             100 * limits.sampled_share);
-  fmt::print("{:<10} {:>20} {:>9} {:>10} {:>12} {:>11} {:>11} {:>11} {:>10}\n", "pass", "work", "ms",
-             "ns each", "cycles each", "bytes each", "memory ms", "gather ms", "ms / least");
+  fmt::print("\n{}: {}\n", row.name,
+             limits.sampled_share > 0
+                 ? fmt::format("{:.1f} % of the samples of a cast without skipping are read",
+                               100 * limits.sampled_share)
+                 : "the cast reads no samples");
+  constexpr std::string_view kRow = "{:<10} {:>20} {:>8} {:>10} {:>10} {:>10}   {:>10} {:>10} {:>10}\n";
+  fmt::print(kRow, "", "", "measured", "ns", "cycles", "bytes", "by memory", "by gather", "times");
+  fmt::print(kRow, "pass", "work", "ms", "per item", "per item", "per item", "ms", "ms", "the least");
+  const auto figure = [](double value) {
+    return value > 0 ? fmt::format("{:.3g}", value) : std::string("-");
+  };
   for (const PassLimit& pass : limits.passes) {
-    fmt::print(
-        "{:<10} {:>10.2f} M {:<7} {:>9.2f} {:>10.2f} {:>12.1f} {:>11.2f} {:>11.2f} {:>11.2f} {:>10.1f}\n",
-        pass.pass, static_cast<double>(pass.items) / 1e6, pass.item, pass.ms, pass.item_ns, pass.item_cycles,
-        pass.item_bytes, pass.memory_ms, pass.gather_ms, pass.times_the_least());
+    const std::string work = fmt::format("{:.3g} M {:<7}", static_cast<double>(pass.items) / 1e6, pass.item);
+    fmt::print(kRow, pass.pass, work, figure(pass.ms), figure(pass.item_ns), figure(pass.item_cycles),
+               figure(pass.item_bytes), figure(pass.memory_ms), figure(pass.gather_ms),
+               figure(pass.times_the_least()));
   }
   std::fflush(stdout);
 }
@@ -389,7 +396,15 @@ Result<void> bench_limit(const BenchOptions& options) {
     report["rows"].push_back(as_json(row, *limits));
     if (!options.json) print_limits(row, *limits);
   }
-  if (options.json) fmt::print("{}\n", json_text(report, 1));
+  if (options.json) {
+    fmt::print("{}\n", json_text(report, 1));
+    return {};
+  }
+  fmt::print(
+      "\nTimes per item are of one processor. The least time is the longer one by memory and by gather: what "
+      "is computed\n"
+      "with these bytes and words comes in addition. Figures of a busy machine or of few rounds are too "
+      "high.\n");
   return {};
 }
 
@@ -432,8 +447,8 @@ Command add_bench_command(CLI::App& program) {
   CLI::App* const memory = command->add_subcommand("memory", "Measure memory use, and whether it grows");
   CLI::App* const scale = command->add_subcommand(
       "scale", "Measure how the cost grows with pixels, voxels, frames and private views");
-  CLI::App* const limit =
-      command->add_subcommand("limit", "Compare each pass with what the processors can do at most");
+  CLI::App* const limit = command->add_subcommand(
+      "limit", "Compare each pass with what the processors can do at most (default row: r1/paper)");
   const auto options = std::make_shared<BenchOptions>();
   for (const auto& [app, what] :
        {std::pair(command, "Number of rounds per row"), std::pair(limit, "Number of rounds per row"),
