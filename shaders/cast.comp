@@ -9,8 +9,10 @@
 //   plane, FANLIGHT_NO_SURFACE without a surface and outside the viewport), volume_colour (RGBA8, with the
 //   certainty: certainty.h). For each tile: sample_ends.
 //
-// On llvmpipe an `if` saves no work, since both sides run under a mask: work that few lanes need stands in
-// loops that end early.
+// On llvmpipe neither `if` nor a loop saves work that no lane needs: both sides of a branch run under a mask,
+// and a loop is entered whatever its condition. A loop that tests at its beginning also runs its body once
+// more than needed, with no lanes. So loops test at their end, and what is needed once at most stands in an
+// `if`.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -140,7 +142,7 @@ float shown_depth(float place, Ray ray, vec2 shown) {
 bool is_kept(float t, Ray ray, vec2 shown, bool scanned) {
   bool kept = scanned && t >= shown.x && t <= shown.y;
   if (kKeep != FANLIGHT_KEEP_NOTHING && kKeep != FANLIGHT_KEEP_LAYERS) {
-    for (bool due = kept && has_cuts(); due; due = false) kept = !is_cut(ray.from + t * ray.forward);
+    if (kept && has_cuts()) kept = !is_cut(ray.from + t * ray.forward);
   }
   return kept;
 }
@@ -149,17 +151,16 @@ bool is_kept(float t, Ray ray, vec2 shown, bool scanned) {
 // without an edge, and where it is no surface or cut away.
 float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float certainty) {
   float place = edge;
-  for (bool pending = edge >= 0.0; pending; pending = false) {
+  if (edge >= 0.0) {
     if (kPlace == FANLIGHT_PLACE_LEVEL) {
       place = placed_by_level(ray, samples, edge, certainty);
     } else {
       if (kPlace >= FANLIGHT_PLACE_TWO_SCALES) place = placed(ray, edge);
       // Only where it is asked for.
-      for (bool due = rays.least_contrast > 0.0; due; due = false)
-        certainty = certainty_at(ray, samples, edge);
+      if (rays.least_contrast > 0.0) certainty = certainty_at(ray, samples, edge);
       place = certainty < 0.0 ? kNotTissue : place;
     }
-    for (bool due = has_cuts() && place > kNotTissue; due; due = false) {
+    if (has_cuts() && place > kNotTissue) {
       place = is_cut(ray.from + shown_depth(place, ray, shown) * ray.forward) ? kNotTissue : place;
     }
   }
@@ -169,11 +170,11 @@ float depth_of(float edge, Ray ray, SampleRun samples, vec2 shown, inout float c
 
 // Adds the layer at position `edge` unless it is cut away.
 void add_layer_at(float edge, float height, float level, Ray ray, inout RayAccumulator accumulator) {
-  for (bool pending = edge >= 0.0; pending; pending = false) {
+  if (edge >= 0.0) {
     float t = rays.start + edge * ray.spacing;
     bool kept = true;
-    for (bool due = has_cuts(); due; due = false) kept = !is_cut(ray.from + t * ray.forward);
-    for (bool due = kept; due; due = false) add_layer(accumulator, ray, t, height, level);
+    if (has_cuts()) kept = !is_cut(ray.from + t * ray.forward);
+    if (kept) add_layer(accumulator, ray, t, height, level);
   }
 }
 
@@ -207,13 +208,15 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
   uint taken = 0u;
   bool done = false;
   // One iteration ends at an edge, or with the ray.
-  while (!done) {
+  do {
     bool behind = surface_mm >= 0.0;
     bool seeks = !behind || kKeep == FANLIGHT_KEEP_LAYERS;
     float edge = seeks ? first_candidate(edges, behind, tried, ray, shown, height) : -1.0;
     bool stops = edge >= 0.0;
     // One iteration is a run of segments, so that the next run is not searched in every batch.
-    while (index < samples.end && !stops) {
+    bool searches = index < samples.end && !stops;
+    do {
+      if (!searches) continue;
       float run_end = kSkipping ? index : samples.end;
       if (kSkipping && !is_pending(detector)) {
         SampleRun run = next_run(segment_mask, index, samples.end);
@@ -222,7 +225,9 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
         run_end = run.end;
       }
       // A run continues where an edge is pending: its peak may lie in the next segment.
-      while (index < samples.end && !stops && (index < run_end || is_pending(detector))) {
+      bool runs = index < samples.end && (index < run_end || is_pending(detector));
+      do {
+        if (!runs) continue;
         float batch[kBatch];
         samples_from(ray, index, batch);
         if (kTiles == FANLIGHT_CAST_ALL_COUNTED) taken += uint(kBatch);
@@ -238,9 +243,11 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
         shift_window(detector, batch);
         edge = seeks ? first_candidate(edges, behind, tried, ray, shown, height) : -1.0;
         stops = edge >= 0.0 || (behind && complete(accumulator));
-      }
-    }
-    for (bool ends = edge < 0.0 && seeks; ends; ends = false) {
+        runs = index < samples.end && !stops && (index < run_end || is_pending(detector));
+      } while (runs);
+      searches = index < samples.end && !stops;
+    } while (searches);
+    if (edge < 0.0 && seeks) {
       edge = candidate(behind ? last_layer(detector) : last_edge(detector), tried, ray, shown);
       height = detector.layer.peak;
     }
@@ -252,7 +259,7 @@ RayResult cast_ray(Ray ray, float start_mm, uvec4 segment_mask) {
       tried = surface_mm >= 0.0 ? tried + float(kOwnLayer) : tried;
     }
     done = edge < 0.0 || (surface_mm >= 0.0 && complete(accumulator));
-  }
+  } while (!done);
   certainty *= seen_by_beam(ray.from + surface_mm * ray.forward, ray.forward);
   return RayResult(surface_mm, certainty, colour_of(accumulator), uint(whole(index)), taken);
 }
@@ -320,8 +327,7 @@ void main() {
 
   RayResult result = RayResult(FANLIGHT_NO_SURFACE, 1.0, vec3(0.0), has_ray ? rays.steps : 0u, 0u);
   uvec4 segment_mask = kSkipping ? segment_masks[tile] : uvec4(~0u);
-  // A loop of one iteration at most, not an `if`: in an empty tile the rays are not even set up.
-  for (bool due = has_ray && segment_mask != uvec4(0u); due; due = false) {
+  if (has_ray && segment_mask != uvec4(0u)) {
     result = cast_ray(ray_of(vec2(ray_pixel)), start_of_ray(vec2(ray_pixel)), segment_mask);
   }
   if (kTiles == FANLIGHT_CAST_ALL_COUNTED) {
