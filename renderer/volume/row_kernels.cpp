@@ -38,6 +38,12 @@ HWY_INLINE Floats floats(Words values) {
   return hn::ConvertTo(kFloats, hn::BitCast(kIntegers, values));
 }
 
+// Pixels of the windows from a column on; 1 behind the last one, where a vector may end.
+HWY_INLINE Words pixels_in(const Windows& windows, std::size_t column) {
+  const Words across = hn::LoadU(kWords, windows.across + column);
+  return hn::Max(hn::Mul(across, hn::Set(kWords, windows.rest)), hn::Set(kWords, 1));
+}
+
 HWY_INLINE void store_bytes(Words values, std::uint8_t* to) {
   hn::StoreU(hn::DemoteTo(kBytes, hn::BitCast(kIntegers, values)), kBytes, to);
 }
@@ -102,7 +108,6 @@ HWY_INLINE void add_to(std::uint32_t* sum, Words added) {
 
 void add_lines(const ColumnSums& sums, const Windows& windows, float noise, float levels,
                const Lines& lines) {
-  const Words rest = hn::Set(kWords, windows.rest);
   const Words one = hn::Set(kWords, 1);
   const Floats zero = hn::Zero(kFloats);
   const Floats unit = hn::Set(kFloats, 1.0F);
@@ -112,7 +117,7 @@ void add_lines(const ColumnSums& sums, const Windows& windows, float noise, floa
     const Words squares = window_sum(sums.squares + column, windows.radius);
     const Words number = sums.scanned != nullptr
                              ? hn::Max(window_sum(sums.scanned + column, windows.radius), one)
-                             : hn::Mul(hn::LoadU(kWords, windows.across + column), rest);
+                             : pixels_in(windows, column);
     const Floats pixels = floats(number);
     const Floats mean = hn::Div(floats(sum), pixels);
     // In whole numbers: with at most 147 pixels of at most 255 both products are below 2^31.
@@ -142,9 +147,8 @@ void slide_lines(const Lines& sums, const Lines& entering, const Lines& leaving,
 
 void apply_lines(const Lines& sums, const Windows& windows, const std::uint8_t* grey, bool keeps_zero,
                  std::uint8_t* filtered) {
-  const Words rest = hn::Set(kWords, windows.rest);
   for (std::size_t column = 0; column < windows.columns; column += hn::Lanes(kWords)) {
-    const Words number = hn::Mul(hn::LoadU(kWords, windows.across + column), rest);
+    const Words number = pixels_in(windows, column);
     const Floats scale = hn::Div(hn::Set(kFloats, 1.0F), hn::Mul(hn::Set(kFloats, 65535.0F), floats(number)));
     const Words pixels = words(grey + column);
     const Floats a = hn::Mul(scale, floats(window_sum(sums.a + column, windows.radius)));
@@ -159,13 +163,12 @@ void apply_lines(const Lines& sums, const Windows& windows, const std::uint8_t* 
 
 void take_means(const ColumnSums& sums, const Windows& windows, const std::uint8_t* grey,
                 std::uint8_t* filtered) {
-  const Words rest = hn::Set(kWords, windows.rest);
   const Words one = hn::Set(kWords, 1);
   for (std::size_t column = 0; column < windows.columns; column += hn::Lanes(kWords)) {
     const Words sum = window_sum(sums.grey + column, windows.radius);
     const bool masked = sums.scanned != nullptr;
-    const Words number = masked ? hn::Max(window_sum(sums.scanned + column, windows.radius), one)
-                                : hn::Mul(hn::LoadU(kWords, windows.across + column), rest);
+    const Words number =
+        masked ? hn::Max(window_sum(sums.scanned + column, windows.radius), one) : pixels_in(windows, column);
     // The quotient of such small numbers is exact enough to be cut off: it is 1/294 away from the next whole
     // number.
     const Floats mean = hn::Div(floats(hn::Add(hn::Add(sum, sum), number)), floats(hn::Add(number, number)));

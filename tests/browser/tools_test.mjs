@@ -249,6 +249,12 @@ test("a clip is an MP4 file of the pictures as they came", async () => {
   await withPage("clip", kMovingSource, async (viewer) => {
     await viewer.firstPicture();
     await press(viewer, "v");
+    const atStart = await viewer.number("volume-id");
+    await until(
+      "pictures of further volumes",
+      () => viewer.number("volume-id"),
+      (id) => id >= atStart + 4,
+    );
     await until(
       "some seconds",
       () => viewer.page.locator("#clip").textContent(),
