@@ -72,17 +72,17 @@ HWY_INLINE Words kept_scanned(Words filtered, Words grey) {
 
 void slide(const ColumnSums& sums, const std::uint8_t* entering, const std::uint8_t* leaving,
            std::size_t columns) {
-  constexpr hn::CappedTag<std::uint16_t, kVectorBytes / sizeof(std::uint16_t)> halves;
-  constexpr hn::Rebind<std::uint8_t, decltype(halves)> bytes;
-  const auto one = hn::Set(halves, 1);
-  for (std::size_t column = 0; column < columns; column += hn::Lanes(halves)) {
-    const auto in = hn::PromoteTo(halves, hn::LoadU(bytes, entering + column));
-    const auto out = hn::PromoteTo(halves, hn::LoadU(bytes, leaving + column));
-    const auto grey = hn::LoadU(halves, sums.grey + column);
-    hn::StoreU(hn::Sub(hn::Add(grey, in), out), halves, sums.grey + column);
+  constexpr hn::CappedTag<std::uint16_t, kVectorBytes / sizeof(std::uint16_t)> kShorts;
+  constexpr hn::Rebind<std::uint8_t, decltype(kShorts)> kShortBytes;
+  const auto one = hn::Set(kShorts, 1);
+  for (std::size_t column = 0; column < columns; column += hn::Lanes(kShorts)) {
+    const auto in = hn::PromoteTo(kShorts, hn::LoadU(kShortBytes, entering + column));
+    const auto out = hn::PromoteTo(kShorts, hn::LoadU(kShortBytes, leaving + column));
+    const auto grey = hn::LoadU(kShorts, sums.grey + column);
+    hn::StoreU(hn::Sub(hn::Add(grey, in), out), kShorts, sums.grey + column);
     if (sums.scanned != nullptr) {
-      const auto scanned = hn::LoadU(halves, sums.scanned + column);
-      hn::StoreU(hn::Sub(hn::Add(scanned, hn::Min(in, one)), hn::Min(out, one)), halves,
+      const auto scanned = hn::LoadU(kShorts, sums.scanned + column);
+      hn::StoreU(hn::Sub(hn::Add(scanned, hn::Min(in, one)), hn::Min(out, one)), kShorts,
                  sums.scanned + column);
     }
   }
