@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 #include "shaders/bindings.h"
 #include "shaders/prepare_constants.h"

@@ -29,8 +29,8 @@ struct StagedFrames {
 /// Pass 0 on a processor: filters single frames, packs them for the gathering of pass 1
 /// (shaders/fan_volume.h), and finds the bounds by which rays skip empty space. The same filters as the
 /// shaders of pass 0, which GPUs run, with the same windows and roundings; results may be one grey level
-/// apart where a driver divides less exactly. Some fifteen times faster than those shaders on lavapipe
-/// (decision renderer/016).
+/// apart where a driver divides less exactly. Ten times faster than those shaders on lavapipe (decision
+/// renderer/016).
 ///
 /// Owns the memory for its rows, which is allocated with it. One thread at a time.
 class FramePreparer {
@@ -39,13 +39,13 @@ class FramePreparer {
 
   /// Where a prepared frame is written to.
   struct Prepared {
-    std::uint32_t* packed =
-        nullptr;  ///< FANLIGHT_PACKED_STRIDE words a packed row, FANLIGHT_PACKED_ROWS of them
-    std::uint32_t* bounds =
-        nullptr;  ///< a word for each block: row of blocks, block; blocks.h, packed_min_max()
+    /// FANLIGHT_PACKED_ROWS rows of FANLIGHT_PACKED_STRIDE words.
+    std::uint32_t* packed = nullptr;
+    /// A word for each block, as packed_min_max() of blocks.h: row of blocks, block.
+    std::uint32_t* bounds = nullptr;
   };
-  /// Prepares one frame. Reads its neighbours too where the filter spans several. Precondition: the columns
-  /// are those of the constructor.
+  /// Prepares one frame; `frame`: its index in `staged`. Reads its neighbours too where the filter spans
+  /// several. Precondition: the columns are those of the constructor.
   void prepare(const StagedFrames& staged, const Scene::Speckle& options, std::uint32_t frame,
                const Prepared& to);
 

@@ -19,6 +19,7 @@
 #include "server/bench/pipeline.hpp"
 #include "server/bench/run.hpp"
 #include "server/bench/scale.hpp"
+#include "server/bench/work.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/json_text.hpp"
 #include "server/cli/named_option.hpp"
@@ -384,6 +385,10 @@ Result<void> bench_limit(const BenchOptions& options) {
   if (usual.only.empty() && usual.input.empty()) usual.only = "r1/paper";
   const auto rows = chosen_rows(usual);
   if (!rows) return rows.error();
+  // A file that cannot be read is found before seconds of measuring.
+  if (!usual.input.empty()) {
+    if (const auto work = BenchWork::create(rows->front(), 1); !work) return work.error();
+  }
   const MachineLimits machine = measure_machine_limits();
   nlohmann::ordered_json report = {{"device", device->name()},
                                    {"machine", as_json(machine)},
