@@ -18,17 +18,6 @@ namespace {
 // While both devices work, how long one of them is waited for before the other is looked at.
 constexpr std::int64_t kBothDevicesNs = 1'000'000;
 
-// Samples in a band of pass 1: some 30 ms of work on lavapipe, and much less on a GPU. On one device a
-// changed light waits for one band, and late in a cast for a piece of pass 0; so does the end of the process.
-constexpr std::uint64_t kProcessorBand = 8'000'000;
-constexpr std::uint64_t kGpuBand = 500'000'000;
-// A private view's bands are smaller by this factor, since the main view waits for them.
-constexpr std::uint64_t kPrivateBandDivisor = 4;
-
-// A driver of a GPU resets it after a few seconds by itself, and then says so. A processor that renders has
-// no such limit, shares its time with everything else on the machine, and compiles shaders within a
-// submission.
-constexpr std::int64_t kProcessorHungNs = 30'000'000'000;
 constexpr std::int64_t kSettlePollNs = 10'000'000;
 
 }  // namespace
@@ -49,28 +38,22 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
                                                    const NumberedScene& scene) {
   const Gpu& gpu = dependencies.gpu;
   if (auto fits = check_sizes(config.size, config.largest(), gpu.limits()); !fits) return fits.error();
-  const bool processor = gpu.candidate().kind == kProcessorKind;
-  const Sampling sampling = config.sampling.value_or(processor ? Sampling::kGathering : Sampling::kTexture);
-  const std::uint64_t band_samples = config.band_samples.value_or(processor ? kProcessorBand : kGpuBand);
+  CastMeans means(gpu, config.sampling, config.rays_by_shader);
+  if (config.band_samples) means.band_samples = *config.band_samples;
   PipelineStore own;
   PipelineStore& store = dependencies.store != nullptr ? *dependencies.store : own;
-  auto pipelines = pipelines_of(store, dependencies, {.sampling = sampling, .cache = config.pipeline_cache});
+  auto pipelines =
+      pipelines_of(store, dependencies, {.sampling = means.sampling, .cache = config.pipeline_cache});
   if (!pipelines) return pipelines.error();
-  std::unique_ptr<Renderer> made(new Renderer(config, dependencies, scene, *std::move(pipelines),
-                                              {.size = config.size,
-                                               .largest = config.size,
-                                               .band_samples = band_samples / kPrivateBandDivisor,
-                                               .skipping = config.skipping,
-                                               .pauses = true}));
-
-  if (auto slots = made->create_slots(band_samples, sampling); !slots) return slots.error();
+  std::unique_ptr<Renderer> made(
+      new Renderer(config, dependencies, scene, *std::move(pipelines), std::move(means)));
+  if (auto slots = made->create_slots(); !slots) return slots.error();
   made->pipelines_->save_cache();
   return made;
 }
 
-Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling sampling) {
+Result<void> Renderer::create_slots() {
   const PassDevice light{.gpu = &light_gpu_, .pipelines = light_pipelines_.get()};
-  if (sampling == Sampling::kGathering) workers_ = std::make_unique<FrameWorkers>();
   for (auto& state : slots_) {
     auto slot = VolumeInFlight::create(
         {.gpu = &gpu_, .pipelines = pipelines_.get()},
@@ -81,11 +64,12 @@ Result<void> Renderer::create_slots(std::uint64_t band_samples, Sampling samplin
          .last_angle_rad = config_.last_angle_rad,
          .frame_capacity = config_.frame_capacity,
          .usual_frames = config_.usual_frames > 0 ? config_.usual_frames : config_.frame_capacity,
-         .band_samples = band_samples,
+         .band_samples = means_.band_samples,
          .skipping = config_.skipping,
          .counting = config_.counting,
-         .sampling = sampling,
-         .workers = workers_.get()},
+         .sampling = means_.sampling,
+         .workers = means_.workers.get(),
+         .ray_workers = means_.ray_workers()},
         on_one_device() ? nullptr : &light);
     if (!slot) {
       return too_large(slot.error(), gpu_.candidate().name,
@@ -395,8 +379,8 @@ Result<void> Renderer::wait(std::int64_t timeout_ns) {
   // No call waits for semaphores of two devices.
   if (earliest != nullptr && lighting != nullptr) timeout_ns = std::min(timeout_ns, kBothDevicesNs);
   const SubmissionTimeline* const awaited = lighting != nullptr ? lighting : earliest;
-  // A piece of pass 0 that the processor runs is done when it returns, and the next one is due.
-  if (prepares_here()) timeout_ns = 0;
+  // A piece of pass 0 or 1 that the processor runs is done when it returns, and the next one is due.
+  if (works_here()) timeout_ns = 0;
   if (awaited != nullptr) {
     if (auto waited = awaited->wait(static_cast<std::uint64_t>(timeout_ns)); !waited) {
       devices_.note_fault(Gpu::Condition::kLost, waited.error());
@@ -512,12 +496,6 @@ void Renderer::note_light(SlotState& state) {
 }
 
 // ---- faults and the end
-
-Watchdog::Limits Renderer::default_limits(const Gpu& gpu) {
-  Watchdog::Limits limits;
-  if (gpu.candidate().kind == kProcessorKind) limits.least_hung_ns = kProcessorHungNs;
-  return limits;
-}
 
 Renderer::~Renderer() {
   if (!given_up_) {

@@ -12,6 +12,7 @@
 #include "proto/model/picture.hpp"
 #include "proto/model/pipeline_counters.hpp"
 #include "proto/model/volume.hpp"
+#include "renderer/cast_means.hpp"
 #include "renderer/pipelines/pipeline_store.hpp"
 #include "renderer/pipelines/pipelines.hpp"
 #include "renderer/private_renderer.hpp"
@@ -58,6 +59,8 @@ class Renderer {
     Counting counting = Counting::kOff;
     /// Absent: chosen by the kind of GPU.
     std::optional<Sampling> sampling;
+    /// The shader casts the rays also where the processor does it faster itself: for comparisons.
+    bool rays_by_shader = false;
     /// Samples that a band of pass 1 takes at most; private views have smaller ones. Absent: chosen by the
     /// kind of GPU.
     std::optional<std::uint64_t> band_samples;
@@ -238,7 +241,7 @@ class Renderer {
                                            const Pipelines::Config& config);
 
   Renderer(const Config& config, const Dependencies& dependencies, const NumberedScene& scene,
-           AllPipelines pipelines, const CastPass::Config& private_casts)
+           AllPipelines pipelines, CastMeans means)
       : config_(config),
         gpu_(dependencies.gpu),
         light_gpu_(dependencies.light_gpu != nullptr ? *dependencies.light_gpu : dependencies.gpu),
@@ -246,17 +249,23 @@ class Renderer {
         counters_(dependencies.counters),
         pipelines_(std::move(pipelines.first)),
         light_pipelines_(std::move(pipelines.second)),
-        private_({&gpu_, pipelines_.get()}, counters_, private_casts),
-        watchdog_(config.watchdog.value_or(default_limits(gpu_))),
+        means_(std::move(means)),
+        private_({&gpu_, pipelines_.get()}, counters_,
+                 {.size = config.size,
+                  .largest = config.size,
+                  .band_samples = means_.private_band_samples(),
+                  .skipping = config.skipping,
+                  .pauses = true,
+                  .ray_workers = means_.ray_workers()}),
+        watchdog_(config.watchdog.value_or(usual_limits(gpu_))),
         scenes_(scene) {}
-  static Watchdog::Limits default_limits(const Gpu& gpu);
   MainStatus status() const;
   Result<void> execute(MainStep step);
   Result<void> begin_cast(SlotState& state);
   Result<void> begin_cast_of_scene(SlotState& state);
   bool would_refine(const SlotState& state) const;
   Result<void> recast(SlotState& state);
-  Result<void> create_slots(std::uint64_t band_samples, Sampling sampling);
+  Result<void> create_slots();
   Result<void> light(SlotState& state);
   Result<void> submit_light(SlotState& state);
   Result<void> submit_light_piece(SlotState& state);
@@ -271,9 +280,9 @@ class Renderer {
   bool falls_back(const Error& error);
   Result<void> retry_held();
   Result<void> observe();
-  bool prepares_here() const {
+  bool works_here() const {
     return std::ranges::any_of(slots_, [](const auto& state) {
-      return state->phase == WorkPhase::kCasting && state->slot.prepares_here();
+      return state->phase == WorkPhase::kCasting && state->slot.works_here();
     });
   }
   Result<void> known_fault() const {
@@ -293,7 +302,7 @@ class Renderer {
   RenderCounters& counters_;
   std::shared_ptr<Pipelines> pipelines_;
   std::shared_ptr<Pipelines> light_pipelines_;  // null on one device
-  std::unique_ptr<FrameWorkers> workers_;       // null where the GPU runs pass 0
+  CastMeans means_;
   std::array<std::unique_ptr<SlotState>, 2> slots_;
   PrivateRenderer private_;
   Watchdog watchdog_;

@@ -24,7 +24,8 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
                                          .band_samples = config_.band_samples,
                                          .skipping = config_.skipping,
                                          .counting = config_.counting,
-                                         .maps_for_host = !on_one_device_});
+                                         .maps_for_host = !on_one_device_,
+                                         .ray_workers = config_.ray_workers});
   if (!cast) return cast.error();
   cast_ = std::move(*cast);
   cast_.bind(bindings());

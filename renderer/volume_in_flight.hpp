@@ -47,7 +47,8 @@ class VolumeInFlight {
     Skipping skipping = Skipping::kOn;
     Counting counting = Counting::kOff;
     Sampling sampling = Sampling::kTexture;
-    FrameWorkers* workers = nullptr;  ///< as FrameStore::Config
+    RenderWorkers* workers = nullptr;      ///< as FrameStore::Config
+    RenderWorkers* ray_workers = nullptr;  ///< as CastPass::Config
   };
 
   /// `light`: for passes 2 and 3; null: they run on `device` too.
@@ -124,8 +125,11 @@ class VolumeInFlight {
   Result<void> add_weights(const Scene& scene) { return cast_.add_weights(scene, bindings()); }
   void drop_held_weights() { cast_.drop_held_weights(); }
 
-  /// Whether the processor has a piece of pass 0 left to run.
-  bool prepares_here() const { return frames_.is_prepared_here() && !frames_.done(); }
+  /// Whether the next piece of pass 0 or 1 runs on the processor, and can run now.
+  bool works_here() const {
+    if (frames_.is_prepared_here() && !frames_.done()) return true;
+    return cast_.casts_here() && !cast_.submitted() && cast_.recorder().outstanding() == 0;
+  }
   bool cast_submitted() const { return frames_.done() && cast_.submitted(); }
   bool cast_nearly_submitted() const { return frames_.done() && cast_.nearly_submitted(); }
 

@@ -13,7 +13,8 @@
 
 namespace fanlight {
 
-Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPlace maps) {
+Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPlace maps,
+                                      BufferPlace tiles_place) {
   CastMemory made;
   const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
   const std::uint64_t tiles = std::uint64_t{groups(size.width, kTileSide)} * groups(size.height, kTileSide);
@@ -30,12 +31,12 @@ Result<CastMemory> CastMemory::create(const Gpu& gpu, PictureSize size, BufferPl
       {"staged_transfer", &made.staged_transfer, sizeof(TransferTable), VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
        BufferPlace::kToGpu},
       {"cut_cells", &made.cut_cells, kMostCutBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu},
-      {"ray_depth", &made.ray_depth, pixels * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT},
-      {"segments", &made.segments, tiles * sizeof(glm::uvec4), kRead},
+      {"ray_depth", &made.ray_depth, pixels * sizeof(float), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, tiles_place},
+      {"segments", &made.segments, tiles * sizeof(glm::uvec4), kRead, tiles_place},
       {"old_segments", &made.old_segments, tiles * sizeof(glm::uvec4), kFilled},
-      {"reached", &made.reached, tiles * sizeof(std::uint32_t), kRead | kFilled},
+      {"reached", &made.reached, tiles * sizeof(std::uint32_t), kRead | kFilled, tiles_place},
       {"tile_list", &made.tile_list, (3 + tiles) * sizeof(std::uint32_t),
-       kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT}};
+       kFilled | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, tiles_place}};
   if (auto created = create_buffers(gpu, buffers); !created) return created.error();
   auto cast_maps = CastMaps::create(gpu, size, maps);
   if (!cast_maps) return cast_maps.error();

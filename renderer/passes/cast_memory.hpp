@@ -12,8 +12,9 @@ namespace fanlight {
 /// The memory of a CastPass: parameters, tables and maps. Maps: height x width, top row first. Tiles: 8 x 8
 /// rays, numbered along the rows of tiles.
 struct CastMemory {
-  /// `maps`: as CastMaps::create(). Error: no memory on the GPU.
-  static Result<CastMemory> create(const Gpu& gpu, PictureSize size, BufferPlace maps);
+  /// `maps`: as CastMaps::create(). `tiles`: of what pass 1 knows of tiles and rays besides. Error: no memory
+  /// on the GPU.
+  static Result<CastMemory> create(const Gpu& gpu, PictureSize size, BufferPlace maps, BufferPlace tiles);
 
   void write_to(const DescriptorSets& descriptors) const;
 

@@ -23,6 +23,24 @@ namespace {
 // Tiles that a group of empty_space.comp and dirty_tiles.comp handles.
 constexpr std::uint32_t kTilesInGroup = 8;
 
+// Tiles that a thread of the processor casts at a time: a picture has some thousand.
+constexpr std::uint32_t kTilesInPiece = 8;
+// A list of tiles begins with the sizes of its dispatch, of which the first is its length (dirty_tiles.comp).
+constexpr std::size_t kListHead = 3;
+
+// The specialisation constants of cast.comp.
+ray_caster::Method method_of(const PipelineKey& cast) {
+  const auto& constants = cast.constants;
+  return {.window = constants[0],
+          .kept = constants[1],
+          .frames = constants[2],
+          .place = constants[3],
+          .across = constants[4],
+          .skips = constants[5] != 0,
+          .sign = constants[6],
+          .counts = constants[7] == FANLIGHT_CAST_ALL_COUNTED};
+}
+
 std::uint32_t tiles_along(std::uint32_t pixels) {
   return groups(pixels, kTileSide);
 }
@@ -31,8 +49,10 @@ std::uint32_t tiles_along(std::uint32_t pixels) {
 
 Result<CastPass> CastPass::create(const PassDevice& device, const Config& config) {
   CastPass made(config);
-  auto memory = CastMemory::create(*device.gpu, config.largest,
-                                   config.maps_for_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
+  const bool here = config.ray_workers != nullptr;
+  const auto place = [](bool for_host) { return for_host ? BufferPlace::kFromGpu : BufferPlace::kDevice; };
+  auto memory =
+      CastMemory::create(*device.gpu, config.largest, place(here || config.maps_for_host), place(here));
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
   auto recorder = PassRecorder::create(device, {.name = "cast pass", .pauses = config.pauses});
@@ -54,9 +74,12 @@ void CastPass::bind(const VolumeBindings& volume) {
 }
 
 Result<void> CastPass::find_pipelines(const Scene& scene, const FanGeometry& geometry) {
-  const CastKeys keys = cast_keys(scene, geometry, config_.skipping, config_.counting);
+  CastKeys keys = cast_keys(scene, geometry, config_.skipping, config_.counting);
+  method_ = method_of(keys.cast);
+  std::optional<PipelineKey> cast = keys.cast;
+  if (casts_here()) cast = keys.cast_listed = std::nullopt;
   const std::pair<VkPipeline*, std::optional<PipelineKey>> wanted[] = {
-      {&pipelines_.cast, keys.cast},
+      {&pipelines_.cast, cast},
       {&pipelines_.empty_space, keys.empty_space},
       {&pipelines_.cast_listed, keys.cast_listed},
       {&pipelines_.dirty_tiles, keys.dirty_tiles},
@@ -108,6 +131,8 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
   reset_times();
   set_tiles(scene, parameters);
   next_tile_ = 0;
+  before_rays_due_ = casts_here();
+  listed_ = false;
   if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
     transfer_due_ = true;  // also after a cast that is given up before its first band
     memory_.staged_transfer.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
@@ -175,6 +200,7 @@ Result<void> CastPass::submit_next(const VolumeBindings& volume) {
     prepare_here(volume.frames);
     if (!volume.frames.done()) return {};
   }
+  if (casts_here()) return cast_next_here(volume);
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
   recorder_.begin_piece(Stage::kCast);
@@ -188,6 +214,64 @@ Result<void> CastPass::submit_next(const VolumeBindings& volume) {
   if (!submitted()) return submit();
   record_after_rays(*commands);
   return submit_maps(recorder_.gpu().cast_queue());
+}
+
+/// Submits what the rays need, where the processor casts them.
+Result<void> CastPass::submit_before_rays(AngleBuffer& angles) {
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  recorder_.begin_piece(Stage::kCast);
+  record_before_rays(*commands, angles);
+  record_for_host(*commands);
+  return submit();
+}
+
+/// The next piece of pass 1 where the processor casts the rays.
+Result<void> CastPass::cast_next_here(const VolumeBindings& volume) {
+  if (std::exchange(before_rays_due_, false)) return submit_before_rays(volume.angles);
+  if (listed_) {
+    cast_here(volume, 0, memory_.tile_list.mapped_as<std::uint32_t>());
+    next_tile_ = tiles_;
+  } else {
+    const std::uint32_t tiles = std::min(band_tiles_, tiles_ - next_tile_);
+    cast_here(volume, next_tile_, tiles);
+    next_tile_ += tiles;
+  }
+  if (!submitted()) return {};
+  const auto commands = recorder_.begin();
+  if (!commands) return commands.error();
+  recorder_.begin_piece(Stage::kCast);
+  record_after_rays(*commands);
+  return submit_maps(recorder_.gpu().cast_queue());
+}
+
+ray_caster::Memory CastPass::ray_memory(const VolumeBindings& volume) const {
+  const bool notes = notes_reach_ || config_.counting == Counting::kOn;
+  return {.rays = &memory_.parameters.mapped_as<shaders::CastParameters>(),
+          .near_tissue = &memory_.near_tissue.mapped_as<shaders::NearTissueParameters>(),
+          .packed_columns = volume.frames.packed_columns(),
+          .angle_table = volume.table.entries().data(),
+          .transfer = &memory_.staged_transfer.mapped_as<float>(),
+          .cut_cells = &memory_.cut_cells.mapped_as<std::uint32_t>(),
+          .segment_masks = &memory_.segments.mapped_as<std::uint32_t>(),
+          .depth = &memory_.maps.depth.mapped_as<float>(),
+          .ray_depth = &memory_.ray_depth.mapped_as<float>(),
+          .volume_colour = &memory_.maps.colour.mapped_as<std::uint32_t>(),
+          .sample_ends = notes ? &memory_.reached.mapped_as<std::uint32_t>() : nullptr};
+}
+
+/// Casts the rays of some tiles, or of places in the list of tiles, on the processor.
+void CastPass::cast_here(const VolumeBindings& volume, std::uint32_t first, std::uint32_t tiles) {
+  const std::int64_t began_ns = now_ns();
+  const ray_caster::Memory memory = ray_memory(volume);
+  const std::uint32_t* const list =
+      listed_ ? &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead : nullptr;
+  config_.ray_workers->run(groups(tiles, kTilesInPiece), [&](std::size_t, std::size_t piece) {
+    const std::uint32_t begin = first + kTilesInPiece * static_cast<std::uint32_t>(piece);
+    const std::uint32_t end = std::min(begin + kTilesInPiece, first + tiles);
+    ray_caster::cast_tiles(method_, memory, begin, end, list);
+  });
+  recorder_.add_ms(Stage::kCast, StageSpan{.begin_ns = began_ns, .end_ns = now_ns()}.ms());
 }
 
 Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_changed) {
@@ -204,11 +288,17 @@ Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_ch
   record_tables(*commands, volume.angles);
   recorder_.stamp(GpuTimestamps::kCastBegin);
   record_dirty_tiles(*commands, volume.frames, frames_changed);
+  ++number_;
+  weighted_ = false;
+  if (casts_here()) {
+    next_tile_ = 0;
+    listed_ = true;
+    record_for_host(*commands);
+    return submit();
+  }
   vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.cast_listed);
   vkCmdDispatchIndirect(*commands, memory_.tile_list.get(), 0);
   record_after_rays(*commands);
-  ++number_;
-  weighted_ = false;
   return submit_maps(recorder_.gpu().cast_queue());
 }
 
@@ -296,7 +386,11 @@ void CastPass::record_slices(VkCommandBuffer commands) const {
 }
 
 void CastPass::record_maps_for_host(VkCommandBuffer commands) const {
-  if (!config_.maps_for_host) return;
+  if (config_.maps_for_host) record_for_host(commands);
+}
+
+/// What shaders have written can be read by the processor.
+void CastPass::record_for_host(VkCommandBuffer commands) {
   barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
           VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
 }

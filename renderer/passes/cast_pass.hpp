@@ -18,8 +18,10 @@
 #include "renderer/passes/cast_memory.hpp"
 #include "renderer/passes/depth_maps.hpp"
 #include "renderer/passes/pass_recorder.hpp"
+#include "renderer/rays/ray_caster.hpp"
 #include "renderer/volume/angle_buffer.hpp"
 #include "renderer/volume/frame_store.hpp"
+#include "renderer/volume/render_workers.hpp"
 
 namespace fanlight {
 
@@ -53,6 +55,9 @@ class CastPass {
     Counting counting = Counting::kOff;
     bool pauses = false;         ///< as PassRecorder::Config
     bool maps_for_host = false;  ///< LightPass::copy_by_host() reads the maps
+    /// They cast the rays; then the pass's device is this processor, and the volumes are prepared on it.
+    /// Null: the GPU casts the rays.
+    RenderWorkers* ray_workers = nullptr;
   };
 
   CastPass() = default;
@@ -73,11 +78,14 @@ class CastPass {
 
   /// Submits the next piece of work: a piece of pass 0 (some frames), or a band of pass 1 (some tiles of the
   /// picture; the first band comes with the upload of the tables). A piece of pass 0 that runs on the
-  /// processor is done at the return, and the band is submitted where it was the last one. Precondition:
-  /// nothing is outstanding.
+  /// processor is done at the return, and the band is submitted where it was the last one. Where the
+  /// processor casts the rays, what comes before them and behind them is submitted, and a band is done at the
+  /// return. Precondition: nothing is outstanding.
   Result<void> submit_next(const VolumeBindings& volume);
 
-  /// Whether all bands of pass 1 were submitted.
+  /// Whether the processor casts the rays.
+  bool casts_here() const { return config_.ray_workers != nullptr; }
+  /// Whether all bands of pass 1 were submitted, or done.
   bool submitted() const { return next_tile_ == tiles_; }
   /// Whether the next band is the last one, or in the last quarter, and not the first.
   bool nearly_submitted() const {
@@ -97,7 +105,8 @@ class CastPass {
     std::uint32_t last = 0;
   };
   /// Submits pass 0 for replaced frames, and pass 1 for the tiles whose rays they can have changed (dirty
-  /// tiles). Precondition: notes_reach(), nothing is outstanding, the scene is that of the cast.
+  /// tiles); where the processor casts the rays, submit_next() does until submitted(). Precondition:
+  /// notes_reach(), nothing is outstanding, the scene is that of the cast.
   Result<void> recast(const VolumeBindings& volume, FrameRange changed);
 
   /// Whether add_weights() has work: the scene's depth filter weighs by confidence, which is not known yet,
@@ -147,6 +156,10 @@ class CastPass {
   Result<void> submit_maps(VkQueue queue);
   Result<void> submit_frames(const VolumeBindings& volume);
   void prepare_here(FrameStore& frames);
+  Result<void> submit_before_rays(AngleBuffer& angles);
+  Result<void> cast_next_here(const VolumeBindings& volume);
+  void cast_here(const VolumeBindings& volume, std::uint32_t first, std::uint32_t tiles);
+  ray_caster::Memory ray_memory(const VolumeBindings& volume) const;
   using RecordCopies = std::function<void(VkCommandBuffer commands, const GpuBuffer& to)>;
   Result<GpuBuffer> copied(std::uint64_t bytes, const RecordCopies& record);
   void record_tables(VkCommandBuffer commands, AngleBuffer& angles);
@@ -156,6 +169,7 @@ class CastPass {
   void record_frame_steps(VkCommandBuffer commands) const;
   void record_slices(VkCommandBuffer commands) const;
   void record_maps_for_host(VkCommandBuffer commands) const;
+  static void record_for_host(VkCommandBuffer commands);
   void record_dirty_tiles(VkCommandBuffer commands, const FrameStore& frames,
                           FrameRange frames_changed) const;
 
@@ -184,8 +198,11 @@ class CastPass {
   std::uint32_t band_tiles_ = 0;  // of each band
   std::uint32_t next_tile_ = 0;   // first tile of the next band
   std::uint32_t segments_in_ray_ = 0;
-  bool preparing_ = false;   // pass 0 has begun
-  StageSpan prepared_here_;  // where the processor ran it
+  ray_caster::Method method_;     // of casts_here()
+  bool before_rays_due_ = false;  // where casts_here(): what the rays need comes next
+  bool listed_ = false;           // where casts_here(): the rays of the dirty tiles only
+  bool preparing_ = false;        // pass 0 has begun
+  StageSpan prepared_here_;       // where the processor ran it
 
   CastMemory memory_;
   PassRecorder recorder_;

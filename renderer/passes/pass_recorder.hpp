@@ -43,6 +43,9 @@ class PassRecorder {
   /// done.
   void begin_piece(Stage stage);
 
+  /// Adds what the processor did itself for a stage, where the pass pauses.
+  void add_ms(Stage stage, double ms) { done_ms_[static_cast<std::size_t>(stage)] += ms; }
+
   void stamp(GpuTimestamps::Moment moment) const { timestamps_.stamp(commands_, moment); }
 
   /// Ends the commands and submits them. They run after all submissions before them, and after `other`, where

@@ -14,7 +14,7 @@
 #include "renderer/parameters/speckle_filter.hpp"
 #include "renderer/pipelines/pipelines.hpp"
 #include "renderer/volume/frame_preparer.hpp"
-#include "renderer/volume/frame_workers.hpp"
+#include "renderer/volume/render_workers.hpp"
 #include "renderer/vulkan/gpu_memory.hpp"
 
 namespace fanlight {
@@ -40,7 +40,7 @@ class FrameStore {
     std::uint64_t piece_samples = 0;  ///< approximate work of one piece, in samples of pass 1
     Sampling sampling = Sampling::kTexture;
     /// They prepare the frames with Sampling::kGathering, and must then outlive the store. Else not used.
-    FrameWorkers* workers = nullptr;
+    RenderWorkers* workers = nullptr;
   };
 
   FrameStore() = default;
@@ -95,6 +95,8 @@ class FrameStore {
   /// Runs pass 0 for the next piece, some frames. Precondition: !done(), is_prepared_here(), and nothing that
   /// samples the frames is outstanding.
   void prepare_piece();
+  /// The words that rays gather (shaders/fan_volume.h). Precondition: is_prepared_here().
+  const std::uint32_t* packed_columns() const { return &packed_.mapped_as<std::uint32_t>(); }
   /// Records pass 0 for the next piece. Precondition: !done(), !is_prepared_here(), and the descriptors of
   /// the pass are bound.
   void record_piece(VkCommandBuffer commands);

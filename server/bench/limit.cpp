@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "renderer/volume/frame_workers.hpp"
+#include "renderer/volume/render_workers.hpp"
 #include "server/bench/rig.hpp"
 #include "server/bench/run.hpp"
 #include "server/bench/work.hpp"
@@ -94,8 +94,9 @@ Result<RowLimits> run_bench_limit(const RenderDevice& device, const MachineLimit
                                                            .item_bytes = each.bytes,
                                                            .item_gathers = each.gathers});
     const bool is_prepared = each.stage == Stage::kPrepare;
-    set_least(pass, machine,
-              is_prepared ? std::min(machine.processors, FrameWorkers::usual_threads()) : machine.processors);
+    set_least(
+        pass, machine,
+        is_prepared ? std::min(machine.processors, RenderWorkers::usual_threads()) : machine.processors);
   }
   return limits;
 }

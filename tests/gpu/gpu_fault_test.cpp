@@ -52,10 +52,10 @@ class GpuFaultTest : public FaultyPipeline {
   std::uint64_t submissions_ = 0;  // of a volume
 };
 
-/// Where pass 0 is the GPU's: with a texture it is, on a processor too.
-class GpuFilterFaultTest : public GpuFaultTest {
+/// Where passes 0 and 1 are the GPU's: with a texture they are, on a processor too.
+class GpuShaderFaultTest : public GpuFaultTest {
  protected:
-  GpuFilterFaultTest() { sampling_ = Sampling::kTexture; }
+  GpuShaderFaultTest() { sampling_ = Sampling::kTexture; }
 };
 
 TEST_F(GpuFaultTest, ALossAtAnySubmissionOfAVolumeCostsThatDeviceOnly) {
@@ -192,7 +192,7 @@ TEST_F(GpuFaultTest, VolumesThatHadRoomAndHaveItNoMoreCostTheDeviceOnce) {
   end();
 }
 
-TEST_F(GpuFaultTest, AModeWithoutMemoryKeepsTheViewAndIsShownLater) {
+TEST_F(GpuShaderFaultTest, AModeWithoutMemoryKeepsTheViewAndIsShownLater) {
   Scene other = scene_;
   other.mode = Mode::kMean;
   inject({.call = GpuCall::kBuildPipeline, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});
@@ -215,7 +215,7 @@ TEST_F(GpuFaultTest, AModeWithoutMemoryKeepsTheViewAndIsShownLater) {
   end();
 }
 
-TEST_F(GpuFaultTest, APipelineThatIsNeverBuiltKeepsTheView) {
+TEST_F(GpuShaderFaultTest, APipelineThatIsNeverBuiltKeepsTheView) {
   Scene other = scene_;
   other.mode = Mode::kMaximum;
   inject({.call = GpuCall::kBuildPipeline, .times = kAlways, .result = VK_ERROR_UNKNOWN});
@@ -264,7 +264,7 @@ TEST_F(GpuFaultTest, ChangesOfPasses2And3NeedNoPipeline) {
   end();
 }
 
-TEST_F(GpuFilterFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
+TEST_F(GpuShaderFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf) {
   std::uint64_t revision = 1;
   for (const PassChange& each : kPassChanges) {
     Scene changed = scene_;
@@ -290,7 +290,7 @@ TEST_F(GpuFilterFaultTest, AChangeThatCannotBeDrawnIsReportedWhicheverPassItIsOf
   end();
 }
 
-TEST_F(GpuFaultTest, TheLightOfAnOlderCastDoesNotProveANewView) {
+TEST_F(GpuShaderFaultTest, TheLightOfAnOlderCastDoesNotProveANewView) {
   // The view changes while a volume is cast or lit: its light comes after the change.
   Scene other = scene_;
   other.mode = Mode::kMinimum;
@@ -314,7 +314,7 @@ TEST_F(GpuFaultTest, TheLightOfAnOlderCastDoesNotProveANewView) {
   end();
 }
 
-TEST_F(GpuFilterFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
+TEST_F(GpuShaderFaultTest, AFilterWithoutMemoryIsLeftOutOfThatVolumeOnly) {
   Scene filtered = scene_;
   filtered.speckle.across += 2;  // it needs more memory for its coefficients
   inject({.call = GpuCall::kAllocateMemory, .result = VK_ERROR_OUT_OF_DEVICE_MEMORY});

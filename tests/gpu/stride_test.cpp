@@ -75,8 +75,9 @@ TEST_P(StrideTest, CastsTheRaysOfEveryOtherPixelAndShowsThemInItsNeighbours) {
     // The rays alone: the mean over one frame spacing takes each pixel.
     given.scene.detector.frame_steps = FrameSteps::kKept;
     const Volume volume = made_volume(given.geometry, given.angles_rad, given.grey);
-    const Casting casting{.sampling = seed % 2 == 0 ? Sampling::kGathering : Sampling::kTexture};
-    const Casting sampling_all{.skipping = Skipping::kOff, .sampling = casting.sampling};
+    const Casting casting = way_of_casting(seed);
+    Casting sampling_all = casting;
+    sampling_all.skipping = Skipping::kOff;
     const Cast full = cast(given, given.scene, volume, 1, casting);
     const Cast coarse = cast(given, given.scene, volume, 2, casting);
     const Cast plain = cast(given, given.scene, volume, 2, sampling_all);

@@ -117,6 +117,7 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
     RenderCounters counters;
     // Both ways of sampling are compared, also where the processor renders, and both ways of reading buffers.
     const Casting casting{.sampling = samples_texture(given.seed) ? Sampling::kTexture : Sampling::kGathering,
+                          .rays_by_shader = given.seed % 8 < 4,
                           .access = given.seed % 4 < 2 ? BufferAccess::kTexels : BufferAccess::kStorage,
                           .own_light_device = given.seed % 3 == 0};
     const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, raw, counters, casting);

@@ -17,6 +17,7 @@ namespace fanlight::test {
 struct Casting {
   Skipping skipping = Skipping::kOn;
   std::optional<Sampling> sampling;
+  bool rays_by_shader = false;
   std::optional<BufferAccess> access;
   /// Of a processor, so that a GPU casts in several bands too.
   std::uint64_t band_samples = 8'000'000;
@@ -25,6 +26,18 @@ struct Casting {
   /// The largest picture; absent: of the usual size.
   std::optional<PictureSize> largest_size;
 };
+
+/// One of the ways in which a processor may cast rays: by vectors, or by one of two shaders.
+inline Casting way_of_casting(std::uint32_t number) {
+  switch (number % 3) {
+    case 0:
+      return {.sampling = Sampling::kGathering};
+    case 1:
+      return {.sampling = Sampling::kGathering, .rays_by_shader = true};
+    default:
+      return {.sampling = Sampling::kTexture};
+  }
+}
 
 /// The devices of this process, with the Vulkan validation layers on. They are opened where a test first asks
 /// for them, and closed before the process ends: the layers do not outlive its static objects.
@@ -113,6 +126,7 @@ class GpuTest : public testing::Test {
              .frame_capacity = static_cast<std::uint32_t>(angles_rad.size()),
              .skipping = casting.skipping,
              .sampling = casting.sampling,
+             .rays_by_shader = casting.rays_by_shader,
              .band_samples = casting.band_samples},
             {.gpu = chosen, .counters = counters, .light_gpu = lights, .store = &gpu_rig.pipelines()},
             {.revision = 1, .scene = scene}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/volume/frame_workers.hpp"
+#include "renderer/volume/render_workers.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,11 +11,11 @@
 #include <csignal>
 #include <vector>
 
-namespace fanlight::test::frame_workers_tests {
+namespace fanlight::test::render_workers_tests {
 namespace {
 
-TEST(FrameWorkersTest, CallEachIndexOnce) {
-  FrameWorkers workers(3);
+TEST(RenderWorkersTest, CallEachIndexOnce) {
+  RenderWorkers workers(3);
   EXPECT_EQ(workers.threads(), 3U);
   for (const std::size_t count : {0U, 1U, 2U, 3U, 100U, 7U}) {
     std::vector<std::atomic<int>> calls(count);
@@ -24,8 +24,8 @@ TEST(FrameWorkersTest, CallEachIndexOnce) {
   }
 }
 
-TEST(FrameWorkersTest, WorkAtTheSameTimeAsThreadsOfTheirOwn) {
-  FrameWorkers workers(3);
+TEST(RenderWorkersTest, WorkAtTheSameTimeAsThreadsOfTheirOwn) {
+  RenderWorkers workers(3);
   for (int round = 0; round < 20; ++round) {
     std::barrier together(3);  // none goes on before all three are there
     std::array<std::atomic<int>, 3> calls{};
@@ -37,13 +37,13 @@ TEST(FrameWorkersTest, WorkAtTheSameTimeAsThreadsOfTheirOwn) {
   }
 }
 
-TEST(FrameWorkersTest, ASignalIsNoWork) {
+TEST(RenderWorkersTest, ASignalIsNoWork) {
   struct sigaction quiet {};
   quiet.sa_handler = [](int) {};
   struct sigaction before {};
   ASSERT_EQ(sigaction(SIGUSR2, &quiet, &before), 0);
   {
-    FrameWorkers workers(3);
+    RenderWorkers workers(3);
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGUSR2);
@@ -59,15 +59,15 @@ TEST(FrameWorkersTest, ASignalIsNoWork) {
   sigaction(SIGUSR2, &before, nullptr);
 }
 
-TEST(FrameWorkersTest, OneThreadIsTheCaller) {
-  FrameWorkers workers(1);
+TEST(RenderWorkersTest, OneThreadIsTheCaller) {
+  RenderWorkers workers(1);
   int calls = 0;
   workers.run(5, [&](std::size_t thread, std::size_t) { calls += thread == 0 ? 1 : 0; });
   EXPECT_EQ(calls, 5);
 }
 
-TEST(FrameWorkersTest, WhatTheyWroteIsThereAtTheReturn) {
-  FrameWorkers workers(4);
+TEST(RenderWorkersTest, WhatTheyWroteIsThereAtTheReturn) {
+  RenderWorkers workers(4);
   std::vector<int> written(50);  // not atomic: the thread sanitizer looks at it
   for (int round = 1; round <= 200; ++round) {
     workers.run(written.size(), [&](std::size_t, std::size_t index) { written[index] += 1; });
@@ -76,4 +76,4 @@ TEST(FrameWorkersTest, WhatTheyWroteIsThereAtTheReturn) {
 }
 
 }  // namespace
-}  // namespace fanlight::test::frame_workers_tests
+}  // namespace fanlight::test::render_workers_tests

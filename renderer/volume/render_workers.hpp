@@ -13,14 +13,15 @@
 
 namespace fanlight {
 
-/// Threads that share the work of the render thread on the frames of a volume. They sleep between two calls.
-class FrameWorkers {
+/// Threads that share the work of the render thread: the frames of a volume, or the tiles of a picture. They
+/// sleep between two calls.
+class RenderWorkers {
  public:
   /// `threads`: that work at the same time, with the caller of run(). Where the system has no more, there are
   /// fewer.
-  explicit FrameWorkers(std::size_t threads = usual_threads());
-  FrameWorkers(const FrameWorkers&) = delete;
-  FrameWorkers& operator=(const FrameWorkers&) = delete;
+  explicit RenderWorkers(std::size_t threads = usual_threads());
+  RenderWorkers(const RenderWorkers&) = delete;
+  RenderWorkers& operator=(const RenderWorkers&) = delete;
 
   /// One for each processor, up to eight.
   static std::size_t usual_threads();

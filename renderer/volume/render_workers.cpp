@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/volume/frame_workers.hpp"
+#include "renderer/volume/render_workers.hpp"
 
 #include <pthread.h>
 
@@ -11,13 +11,13 @@
 
 namespace fanlight {
 
-std::size_t FrameWorkers::usual_threads() {
+std::size_t RenderWorkers::usual_threads() {
   // More would wait for memory, and a frame is the smallest part.
   constexpr std::size_t kMost = 8;
   return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMost);
 }
 
-FrameWorkers::FrameWorkers(std::size_t threads) {
+RenderWorkers::RenderWorkers(std::size_t threads) {
   workers_.reserve(threads);
   for (std::size_t thread = 1; thread < threads; ++thread) {
     auto worker = std::make_unique<Worker>();
@@ -32,7 +32,7 @@ FrameWorkers::FrameWorkers(std::size_t threads) {
   }
 }
 
-void FrameWorkers::run(std::size_t count) {
+void RenderWorkers::run(std::size_t count) {
   count_ = count;
   next_ = 0;
   const std::size_t helpers = std::min(workers_.size(), count > 0 ? count - 1 : 0);
@@ -42,11 +42,11 @@ void FrameWorkers::run(std::size_t count) {
   while (at_work_ > 0) ended_.wait(-1);
 }
 
-void FrameWorkers::work(std::size_t thread) {
+void RenderWorkers::work(std::size_t thread) {
   for (std::size_t index = next_++; index < count_; index = next_++) call_(task_, thread, index);
 }
 
-void FrameWorkers::serve(Doorbell& begin, std::size_t thread, const std::stop_token& stop) {
+void RenderWorkers::serve(Doorbell& begin, std::size_t thread, const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "prepare");
   lower_priority(kCastNiceness);
   const std::stop_callback wakes(stop, [&begin] { begin.ring(); });

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/cast_means.hpp"
+
+#include "renderer/rays/ray_caster.hpp"
+
+namespace fanlight {
+
+namespace {
+
+// Samples in a band of pass 1: some 30 ms of work on lavapipe, and much less on a GPU. On one device a
+// changed light waits for one band, and late in a cast for a piece of pass 0; so does the end of the process.
+constexpr std::uint64_t kProcessorBand = 8'000'000;
+constexpr std::uint64_t kGpuBand = 500'000'000;
+// A private view's bands are smaller by this factor, since the main view waits for them.
+constexpr std::uint64_t kPrivateBandDivisor = 4;
+
+// A driver of a GPU resets it after a few seconds by itself, and then says so. A processor that renders has
+// no such limit, shares its time with everything else on the machine, and compiles shaders within a
+// submission.
+constexpr std::int64_t kProcessorHungNs = 30'000'000'000;
+
+bool is_processor(const Gpu& gpu) {
+  return gpu.candidate().kind == kProcessorKind;
+}
+
+}  // namespace
+
+CastMeans::CastMeans(const Gpu& gpu, std::optional<Sampling> wanted, bool rays_by_shader)
+    : sampling(wanted.value_or(is_processor(gpu) ? Sampling::kGathering : Sampling::kTexture)),
+      band_samples(is_processor(gpu) ? kProcessorBand : kGpuBand),
+      workers(sampling == Sampling::kGathering ? std::make_unique<RenderWorkers>() : nullptr),
+      casts_here(is_processor(gpu) && workers && !rays_by_shader && ray_caster::is_fast()) {}
+
+std::uint64_t CastMeans::private_band_samples() const {
+  return band_samples / kPrivateBandDivisor;
+}
+
+Watchdog::Limits usual_limits(const Gpu& gpu) {
+  Watchdog::Limits limits;
+  if (gpu.candidate().kind == kProcessorKind) limits.least_hung_ns = kProcessorHungNs;
+  return limits;
+}
+
+}  // namespace fanlight

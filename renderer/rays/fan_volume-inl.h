@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples the volume at points of the body: shaders/fan_volume.h, angle_table.h, cut_mask.h and
+// sample_batch.h for a vector of rays, with the same steps in the same order. See there.
+#if defined(FANLIGHT_RENDERER_RAYS_FAN_VOLUME) == defined(HWY_TARGET_TOGGLE)
+#ifdef FANLIGHT_RENDERER_RAYS_FAN_VOLUME
+#undef FANLIGHT_RENDERER_RAYS_FAN_VOLUME
+#else
+#define FANLIGHT_RENDERER_RAYS_FAN_VOLUME
+#endif
+
+#include "renderer/rays/lanes-inl.h"
+#include "renderer/rays/ray_caster.hpp"
+#include "shaders/bindings.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace fanlight::ray_caster::HWY_NAMESPACE {
+
+// Consecutive samples of a ray that are read at once: they do not depend on each other, and short vectors
+// leave room for more of them in the registers.
+constexpr int kBatch = kLanes >= 16 ? 2 : 4;
+
+// The rays of a vector.
+struct Rays {
+  Point from;
+  Point forward;
+  Floats spacing;  // mm of depth between samples
+  // Steps of the window across the ray.
+  Point across_right;
+  Point across_up;
+};
+
+class FanVolume {
+ public:
+  FanVolume(const Method& method, const Memory& memory)
+      : rays_(*memory.rays),
+        frames_(method.frames),
+        across_(method.across),
+        packed_(memory.packed_columns),
+        angles_(memory.angle_table),
+        cells_(memory.cut_cells) {}
+
+  // The samples `first`, first + 1, ...: 0 to 1, and -1 where nothing was scanned.
+  HWY_INLINE void samples_from(const Rays& ray, Floats first, Floats (&values)[kBatch]) const {
+    if (across_ > 0) {
+      for (int slot = 0; slot < kBatch; ++slot)
+        values[slot] = mean_across(ray, first + all(static_cast<float>(slot)));
+      return;
+    }
+    Point at_sample[kBatch];
+    Floats from_axis[kBatch];
+    Floats frame[kBatch];
+    for (int slot = 0; slot < kBatch; ++slot) {
+      const Floats t = all(rays_.start) + (first + all(static_cast<float>(slot))) * ray.spacing;
+      at_sample[slot] = at(ray.from, t, ray.forward);
+      from_axis[slot] = from_axis_of(at_sample[slot]);
+    }
+    for (int slot = 0; slot < kBatch; ++slot) frame[slot] = frame_at(at_sample[slot], from_axis[slot]);
+    for (int slot = 0; slot < kBatch; ++slot)
+      values[slot] = exact(echo_in_frame(at_sample[slot], from_axis[slot], frame[slot]));
+  }
+
+  // The echo at any point, 0 to 1; negative where nothing was scanned. Rays are cut to the frames, but points
+  // beside them are not.
+  HWY_INLINE Floats echo_if_scanned(const Point& point) const {
+    const Floats along = point.y + all(rays_.motor_radius);
+    const Floats behind_first = point.z * all(rays_.first_angle.x) - along * all(rays_.first_angle.y);
+    const Floats before_last = along * all(rays_.last_angle.y) - point.z * all(rays_.last_angle.x);
+    return where(hn::Ge(hn::Min(behind_first, before_last), zero()), echo(point), all(-1.0F));
+  }
+
+  HWY_INLINE Floats from_axis_of(const Point& point) const {
+    const Floats along_axis = point.y + all(rays_.motor_radius);
+    return hn::Sqrt(along_axis * along_axis + point.z * point.z);
+  }
+
+  // Clips the interval of a ray to the region between the first and last frame.
+  HWY_INLINE Interval between_frames(Interval part, const Point& from, const Point& forward) const {
+    const Floats along = from.y + all(rays_.motor_radius);
+    const auto across = [&](Floats y, Floats z, float by_y, float by_z)
+                            HWY_ATTR { return y * all(by_y) + z * all(by_z); };
+    const shaders::vec2 first = {-rays_.first_angle.y, rays_.first_angle.x};
+    const shaders::vec2 last = {rays_.last_angle.y, -rays_.last_angle.x};
+    part = cut(part, across(along, from.z, first.x, first.y), across(forward.y, forward.z, first.x, first.y));
+    return cut(part, across(along, from.z, last.x, last.y), across(forward.y, forward.z, last.x, last.y));
+  }
+
+  // Clips the interval of a ray to the crop box and both clip planes.
+  HWY_INLINE Interval cropped(Interval part, const Point& from, const Point& forward) const {
+    const Floats starts[] = {from.x, from.y, from.z};
+    const Floats steps[] = {forward.x, forward.y, forward.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      part = cut(part, starts[axis] - all(rays_.crop_lowest[axis]), steps[axis]);
+      part = cut(part, all(rays_.crop_highest[axis]) - starts[axis], negative(steps[axis]));
+    }
+    for (const shaders::vec4* const plane : {&rays_.clip1, &rays_.clip2}) {
+      const Point normal = {all(plane->x), all(plane->y), all(plane->z)};
+      part = cut(part, dot(normal, from) - all(plane->w), dot(normal, forward));
+    }
+    return part;
+  }
+
+  bool has_cuts() const { return rays_.cut_columns > 0; }
+  // Precondition: has_cuts().
+  HWY_INLINE Mask is_cut(const Point& point) const {
+    const Floats side = all(rays_.cut_cell);
+    const Share x = share_of((point.x - all(rays_.cut_lowest.x)) / side, rays_.cut_columns);
+    const Share y = share_of((point.y - all(rays_.cut_lowest.y)) / side, rays_.cut_rows);
+    const Share z = share_of((point.z - all(rays_.cut_lowest.z)) / side, rays_.cut_layers);
+    const Integers row = whole(z.cell) * hn::Set(kIntegers, rays_.cut_rows) + whole(y.cell);
+    const Words index = hn::BitCast(kWords, row * hn::Set(kIntegers, rays_.cut_columns) + whole(x.cell));
+    const Words four_cells =
+        hn::GatherIndex(kWords, cells_, hn::BitCast(kIntegers, hn::ShiftRight<2>(index)));
+    const Words bytes = hn::ShiftLeft<3>(hn::And(index, hn::Set(kWords, 3)));
+    const Words corners = hn::Shr(four_cells, bytes);
+    const Floats rows_mixed[] = {mixed(mixed(corner<0>(corners), corner<4>(corners), z.part),
+                                       mixed(corner<2>(corners), corner<6>(corners), z.part), y.part),
+                                 mixed(mixed(corner<1>(corners), corner<5>(corners), z.part),
+                                       mixed(corner<3>(corners), corner<7>(corners), z.part), y.part)};
+    return hn::Ge(mixed(rows_mixed[0], rows_mixed[1], x.part), all(0.5F));
+  }
+
+  // The share of its certainty that a surface keeps which the beam met from behind (cast.comp).
+  HWY_INLINE Floats seen_by_beam(const Point& point, const Point& forward) const {
+    const Floats from_axis = from_axis_of(point);
+    const Floats from_apex =
+        hn::Max(from_axis - all(rays_.motor_radius) + all(rays_.probe_radius), all(1e-6F));
+    const Floats least = hn::Max(from_axis, all(1e-6F));
+    const Point beam = {point.x / from_apex, (point.y + all(rays_.motor_radius)) / least, point.z / least};
+    const Floats along = dot(beam, forward) / hn::Sqrt(dot(beam, beam) * dot(forward, forward));
+    constexpr float kBehind = -0.866F;
+    const Floats share = (along - all(kBehind)) / all(-0.5F - kBehind);
+    return clamped(share, all(rays_.least_seen_by_beam), all(1.0F));
+  }
+
+ private:
+  // A place along one axis of the cut cells.
+  struct Share {
+    Floats cell;
+    Floats part;
+  };
+  HWY_INLINE Share share_of(Floats place, int cells) const {
+    const Floats cell = clamped(hn::Floor(place), zero(), all(static_cast<float>(cells - 1)));
+    return {cell, clamped(place - cell, zero(), all(1.0F))};
+  }
+  template <int kBit>
+  HWY_INLINE Floats corner(Words corners) const {
+    return floats_of(hn::And(hn::ShiftRight<kBit>(corners), hn::Set(kWords, 1)));
+  }
+  // Of values below 2^31.
+  HWY_INLINE static Floats floats_of(Words values) {
+    return hn::ConvertTo(kFloats, hn::BitCast(kIntegers, values));
+  }
+
+  HWY_INLINE Floats echo(const Point& point) const {
+    const Floats from_axis = from_axis_of(point);
+    return echo_in_frame(point, from_axis, frame_at(point, from_axis));
+  }
+
+  // sample_at() of ray.h: the mean of the scanned points of a window across the ray.
+  HWY_INLINE Floats mean_across(const Rays& ray, Floats index) const {
+    const Point point = at(ray.from, all(rays_.start) + index * ray.spacing, ray.forward);
+    const Floats middle = echo(point);
+    const Mask known = hn::Ge(middle, zero());
+    if (is_empty(known)) return all(-1.0F);
+    Floats sum = zero();
+    Floats count = zero();
+    for (int right = -across_; right <= across_; ++right) {
+      const Point beside = at(point, all(static_cast<float>(right)), ray.across_right);
+      for (int up = -across_; up <= across_; ++up) {
+        const Floats value = echo_if_scanned(at(beside, all(static_cast<float>(up)), ray.across_up));
+        sum = sum + hn::Max(value, zero());
+        count = count + hn::IfThenElseZero(hn::Ge(value, zero()), all(1.0F));
+      }
+    }
+    return exact(where(known, sum / count, middle));
+  }
+
+  HWY_INLINE static Floats exact(Floats value) {
+    return hn::Floor(value * all(524288.0F) + all(0.5F)) * all(1.0F / 524288.0F);
+  }
+
+  HWY_INLINE Floats frame_at(const Point& point, Floats from_axis) const {
+    const Floats along = point.y + all(rays_.motor_radius);
+    const Floats half_tangent = point.z / hn::Max(from_axis + along, all(1e-6F));
+    const Floats position = clamped(half_tangent * all(rays_.angle_scale) + all(rays_.angle_offset), zero(),
+                                    all(rays_.last_angle_entry));
+    const Floats below = hn::Min(hn::Floor(position), all(rays_.last_angle_entry - 1.0F));
+    const WordPairs entries = gathered_pairs(angles_, whole(below));
+    const Floats frame =
+        mixed(hn::BitCast(kFloats, entries.first), hn::BitCast(kFloats, entries.second), position - below);
+    return clamped(frame, zero(), all(rays_.last_frame));
+  }
+
+  HWY_INLINE static Floats angle_between(Floats across, Floats along, Floats length) {
+    const Floats half_tangent = across / hn::Max(length + along, all(1e-6F));
+    const Floats t = half_tangent / (all(1.0F) + hn::Sqrt(all(1.0F) + half_tangent * half_tangent));
+    const Floats u = t * t;
+    Floats series = all(1.0F / 13.0F);
+    series = all(1.0F / 11.0F) - u * series;
+    series = all(1.0F / 9.0F) - u * series;
+    series = all(1.0F / 7.0F) - u * series;
+    series = all(1.0F / 5.0F) - u * series;
+    series = all(1.0F / 3.0F) - u * series;
+    return all(4.0F) * t * (all(1.0F) - u * series);
+  }
+
+  // The echo at a point of a frame: 0 to 1, and -1 where nothing was scanned.
+  HWY_INLINE Floats echo_in_frame(const Point& point, Floats from_axis, Floats frame) const {
+    const Floats rho = from_axis - all(rays_.motor_radius);
+    const Floats from_apex = rho + all(rays_.probe_radius);
+    const Floats reach = point.x * point.x + from_apex * from_apex;
+    Floats column;
+    Floats row;
+    if (frames_ == FANLIGHT_FRAMES_POLAR) {
+      const Floats radius = hn::Sqrt(reach);
+      column = angle_between(point.x, from_apex, radius) * all(rays_.column_scale) + all(rays_.column_offset);
+      row = (radius - all(rays_.probe_radius)) * all(rays_.row_scale) + all(rays_.row_offset);
+    } else {
+      column = point.x * all(rays_.column_scale) + all(rays_.column_offset);
+      row = rho * all(rays_.row_scale) + all(rays_.row_offset);
+    }
+    const Floats beside = from_apex * all(rays_.sector_tangent) - hn::Abs(point.x) - all(rays_.sector_margin);
+    const Floats within =
+        hn::Min(reach - all(rays_.sector_near_squared), all(rays_.sector_far_squared) - reach);
+    const Floats from_side = hn::Min(column, all(rays_.last_column) - column);
+    const Floats from_end = hn::Min(row, all(rays_.last_row) - row);
+    Mask scanned = hn::Ge(hn::Min(hn::Min(beside, within), hn::Min(from_side, from_end)), zero());
+    const Floats value = interpolated(column, row, frame, scanned);
+    return where(scanned, value, all(-1.0F));
+  }
+
+  // The eight voxels around a position, mixed: 0 to 1. Removes from `scanned` where one of them was not.
+  HWY_INLINE Floats interpolated(Floats column, Floats row, Floats frame, Mask& scanned) const {
+    column = clamped(column, zero(), all(rays_.last_column));
+    row = clamped(row, zero(), all(rays_.last_row));
+    const Floats first_column = hn::Floor(column);
+    const Floats first_row = hn::Floor(row);
+    const Floats first_frame = hn::Floor(frame);
+    const Floats packed_row = hn::Floor((first_row + all(0.5F)) * all(1.0F / 3.0F));
+    const Integers rows = whole(first_frame) * hn::Set(kIntegers, rays_.packed_rows) + whole(packed_row);
+    const Integers here = rows * hn::Set(kIntegers, rays_.packed_stride) + whole(first_column);
+    const Integers behind = here + hn::Set(kIntegers, rays_.packed_rows * rays_.packed_stride);
+    const WordPairs front = gathered_pairs(packed_, here);
+    const WordPairs back = gathered_pairs(packed_, behind);
+    const Words shift = hn::BitCast(kWords, whole(all(8.0F) * (first_row - all(3.0F) * packed_row)));
+    const Words words[] = {hn::Shr(front.first, shift), hn::Shr(front.second, shift),
+                           hn::Shr(back.first, shift), hn::Shr(back.second, shift)};
+    if (frames_ == FANLIGHT_FRAMES_MASKED) {
+      const Words darkest =
+          hn::Min(hn::Min(darker(words[0]), darker(words[1])), hn::Min(darker(words[2]), darker(words[3])));
+      scanned = hn::And(scanned, hn::Gt(floats_of(darkest), zero()));
+    }
+    const Floats down = row - first_row;
+    const Floats across = column - first_column;
+    const Floats near = mixed(rows_mixed(words[0], down), rows_mixed(words[1], down), across);
+    const Floats far = mixed(rows_mixed(words[2], down), rows_mixed(words[3], down), across);
+    return mixed(near, far, frame - first_frame) * all(1.0F / 255.0F);
+  }
+  HWY_INLINE static Words upper_row(Words word) { return hn::And(word, hn::Set(kWords, 0xFF)); }
+  HWY_INLINE static Words lower_row(Words word) { return upper_row(hn::ShiftRight<8>(word)); }
+  HWY_INLINE static Words darker(Words word) { return hn::Min(upper_row(word), lower_row(word)); }
+  HWY_INLINE static Floats rows_mixed(Words word, Floats share) {
+    return mixed(floats_of(upper_row(word)), floats_of(lower_row(word)), share);
+  }
+
+  const shaders::CastParameters& rays_;
+  int frames_;
+  int across_;
+  const std::uint32_t* packed_;
+  const float* angles_;
+  const std::uint32_t* cells_;
+};
+
+}  // namespace fanlight::ray_caster::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif
