@@ -7,8 +7,9 @@ namespace fanlight {
 
 namespace {
 
-// Samples in a band of pass 1: some 30 ms of work on lavapipe, and much less on a GPU. On one device a
-// changed light waits for one band, and late in a cast for a piece of pass 0; so does the end of the process.
+// Samples in a band of pass 1: some 30 ms of work on lavapipe, and much less on a GPU or where the processor
+// casts the rays. On one device a changed light waits for one band, and late in a cast for a piece of pass 0;
+// so does the end of the process.
 constexpr std::uint64_t kProcessorBand = 8'000'000;
 constexpr std::uint64_t kGpuBand = 500'000'000;
 // A private view's bands are smaller by this factor, since the main view waits for them.

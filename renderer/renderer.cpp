@@ -233,6 +233,7 @@ Result<void> Renderer::begin_cast_of_scene(SlotState& state) {
 
 Result<void> Renderer::recast(SlotState& state) {
   if (auto cast = state.slot.recast(state.cast_scene.scene); !cast) return cast;
+  state.refines = false;
   count_cast(state);
   return {};
 }

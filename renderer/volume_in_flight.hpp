@@ -32,7 +32,8 @@ namespace fanlight {
 /// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light),
 /// begin_cast() (a changed view) or load() (the next volume). Where frames are replaced one by one: replace()
-/// -> recast() or begin_cast() -> light(), and complete() with the whole volume.
+/// -> recast() or begin_cast() -> cast_next_band() until cast_submitted() -> light(), and complete() with the
+/// whole volume.
 class VolumeInFlight {
  public:
   struct Config {
@@ -106,7 +107,8 @@ class VolumeInFlight {
   bool changed() const { return changed_.has_value() || changed_beyond_; }
   bool can_recast() const { return changed_.has_value() && !changed_beyond_ && cast_.notes_reach(); }
 
-  /// Submits passes 0 and 1 for the replaced frames; pass 1 casts the dirty tiles only. light() comes next.
+  /// Submits passes 0 and 1 for the replaced frames; pass 1 casts the dirty tiles only. cast_next_band()
+  /// until cast_submitted(), then light(), come next.
   /// Precondition: can_recast(), nothing is outstanding, the scene is that of the cast.
   Result<void> recast(const Scene& scene);
 

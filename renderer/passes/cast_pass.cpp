@@ -229,15 +229,12 @@ Result<void> CastPass::submit_before_rays(AngleBuffer& angles) {
 /// The next piece of pass 1 where the processor casts the rays.
 Result<void> CastPass::cast_next_here(const VolumeBindings& volume) {
   if (std::exchange(before_rays_due_, false)) return submit_before_rays(volume.angles);
-  if (listed_) {
-    cast_here(volume, 0, memory_.tile_list.mapped_as<std::uint32_t>());
-    next_tile_ = tiles_;
-  } else {
-    const std::uint32_t tiles = std::min(band_tiles_, tiles_ - next_tile_);
-    cast_here(volume, next_tile_, tiles);
-    next_tile_ += tiles;
-  }
-  if (!submitted()) return {};
+  const std::uint32_t end = listed_ ? memory_.tile_list.mapped_as<std::uint32_t>() : tiles_;
+  const std::uint32_t tiles = std::min(band_tiles_, end - next_tile_);
+  cast_here(volume, next_tile_, tiles);
+  next_tile_ += tiles;
+  if (next_tile_ < end) return {};
+  next_tile_ = tiles_;
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
   recorder_.begin_piece(Stage::kCast);
@@ -389,10 +386,11 @@ void CastPass::record_maps_for_host(VkCommandBuffer commands) const {
   if (config_.maps_for_host) record_for_host(commands);
 }
 
-/// What shaders have written can be read by the processor.
+/// What the GPU has written can be read and written by the processor.
 void CastPass::record_for_host(VkCommandBuffer commands) {
-  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-          VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
+          VK_ACCESS_2_HOST_READ_BIT | VK_ACCESS_2_HOST_WRITE_BIT);
 }
 
 void CastPass::record_dirty_tiles(VkCommandBuffer commands, const FrameStore& frames,

@@ -44,7 +44,7 @@ struct VolumeBindings {
 /// Owns its maps and its PassRecorder. Borrows the volume (VolumeBindings) for each call. Render thread only.
 ///
 /// Life: create() -> bind(volume) -> begin(scene) -> submit_next() until submitted() -> done, when nothing is
-/// outstanding -> begin() or recast().
+/// outstanding -> begin() or recast() -> submit_next() until submitted(), and so on.
 class CastPass {
  public:
   struct Config {
@@ -78,9 +78,9 @@ class CastPass {
 
   /// Submits the next piece of work: a piece of pass 0 (some frames), or a band of pass 1 (some tiles of the
   /// picture; the first band comes with the upload of the tables). A piece of pass 0 that runs on the
-  /// processor is done at the return, and the band is submitted where it was the last one. Where the
-  /// processor casts the rays, what comes before them and behind them is submitted, and a band is done at the
-  /// return. Precondition: nothing is outstanding.
+  /// processor is done at the return; where it was the last one, pass 1 begins. Where the processor casts the
+  /// rays, what they need and what follows them is submitted, and a band is done at the return. Precondition:
+  /// nothing is outstanding.
   Result<void> submit_next(const VolumeBindings& volume);
 
   /// Whether the processor casts the rays.
@@ -144,7 +144,8 @@ class CastPass {
   /// Copies of the maps; without smooth_mm. Blocks until they are copied, and allocates: for tests and
   /// one-shot rendering. Precondition: nothing is outstanding.
   Result<DepthMaps> read_maps();
-  /// Number of samples that the rays of the last cast read. Blocks, as read_maps(). Precondition:
+  /// Number of samples that the last cast read; on a processor those of all rays of a block that were read
+  /// together. Blocks, as read_maps(). Precondition:
   /// Counting::kOn, nothing is outstanding, and the cast was a whole one.
   Result<std::uint64_t> read_sample_count();
 

@@ -55,8 +55,13 @@ class FanVolume {
       from_axis[slot] = from_axis_of(at_sample[slot]);
     }
     for (int slot = 0; slot < kBatch; ++slot) frame[slot] = frame_at(at_sample[slot], from_axis[slot]);
+    VoxelPosition positions[kBatch];
+    Voxels voxels[kBatch];
     for (int slot = 0; slot < kBatch; ++slot)
-      values[slot] = exact(echo_in_frame(at_sample[slot], from_axis[slot], frame[slot]));
+      positions[slot] = position_in_frame(at_sample[slot], from_axis[slot], frame[slot]);
+    for (int slot = 0; slot < kBatch; ++slot) voxels[slot] = voxels_at(positions[slot]);
+    for (int slot = 0; slot < kBatch; ++slot)
+      values[slot] = exact(echo_of(voxels[slot], positions[slot].scanned));
   }
 
   // The echo at any point, 0 to 1; negative where nothing was scanned. Rays are cut to the frames, but points
@@ -119,7 +124,8 @@ class FanVolume {
     return hn::Ge(mixed(rows_mixed[0], rows_mixed[1], x.part), all(0.5F));
   }
 
-  // The share of its certainty that a surface keeps which the beam met from behind (cast.comp).
+  // The share that is left of the certainty of a surface at `point`: the beam showed only the side that it
+  // came from (cast.comp).
   HWY_INLINE Floats seen_by_beam(const Point& point, const Point& forward) const {
     const Floats from_axis = from_axis_of(point);
     const Floats from_apex =
@@ -153,7 +159,8 @@ class FanVolume {
 
   HWY_INLINE Floats echo(const Point& point) const {
     const Floats from_axis = from_axis_of(point);
-    return echo_in_frame(point, from_axis, frame_at(point, from_axis));
+    const VoxelPosition position = position_in_frame(point, from_axis, frame_at(point, from_axis));
+    return echo_of(voxels_at(position), position.scanned);
   }
 
   // sample_at() of ray.h: the mean of the scanned points of a window across the ray.
@@ -204,58 +211,81 @@ class FanVolume {
     return all(4.0F) * t * (all(1.0F) - u * series);
   }
 
-  // The echo at a point of a frame: 0 to 1, and -1 where nothing was scanned.
-  HWY_INLINE Floats echo_in_frame(const Point& point, Floats from_axis, Floats frame) const {
+  // A point in voxels, and whether it was scanned.
+  struct VoxelPosition {
+    Floats column;
+    Floats row;
+    Floats frame;
+    Mask scanned;
+  };
+  HWY_INLINE VoxelPosition position_in_frame(const Point& point, Floats from_axis, Floats frame) const {
     const Floats rho = from_axis - all(rays_.motor_radius);
     const Floats from_apex = rho + all(rays_.probe_radius);
     const Floats reach = point.x * point.x + from_apex * from_apex;
-    Floats column;
-    Floats row;
+    VoxelPosition position;
+    position.frame = frame;
     if (frames_ == FANLIGHT_FRAMES_POLAR) {
       const Floats radius = hn::Sqrt(reach);
-      column = angle_between(point.x, from_apex, radius) * all(rays_.column_scale) + all(rays_.column_offset);
-      row = (radius - all(rays_.probe_radius)) * all(rays_.row_scale) + all(rays_.row_offset);
+      const Floats angle = angle_between(point.x, from_apex, radius);
+      position.column = angle * all(rays_.column_scale) + all(rays_.column_offset);
+      position.row = (radius - all(rays_.probe_radius)) * all(rays_.row_scale) + all(rays_.row_offset);
     } else {
-      column = point.x * all(rays_.column_scale) + all(rays_.column_offset);
-      row = rho * all(rays_.row_scale) + all(rays_.row_offset);
+      position.column = point.x * all(rays_.column_scale) + all(rays_.column_offset);
+      position.row = rho * all(rays_.row_scale) + all(rays_.row_offset);
     }
     const Floats beside = from_apex * all(rays_.sector_tangent) - hn::Abs(point.x) - all(rays_.sector_margin);
     const Floats within =
         hn::Min(reach - all(rays_.sector_near_squared), all(rays_.sector_far_squared) - reach);
-    const Floats from_side = hn::Min(column, all(rays_.last_column) - column);
-    const Floats from_end = hn::Min(row, all(rays_.last_row) - row);
-    Mask scanned = hn::Ge(hn::Min(hn::Min(beside, within), hn::Min(from_side, from_end)), zero());
-    const Floats value = interpolated(column, row, frame, scanned);
-    return where(scanned, value, all(-1.0F));
+    const Floats from_side = hn::Min(position.column, all(rays_.last_column) - position.column);
+    const Floats from_end = hn::Min(position.row, all(rays_.last_row) - position.row);
+    position.scanned = hn::Ge(hn::Min(hn::Min(beside, within), hn::Min(from_side, from_end)), zero());
+    return position;
   }
 
-  // The eight voxels around a position, mixed: 0 to 1. Removes from `scanned` where one of them was not.
-  HWY_INLINE Floats interpolated(Floats column, Floats row, Floats frame, Mask& scanned) const {
-    column = clamped(column, zero(), all(rays_.last_column));
-    row = clamped(row, zero(), all(rays_.last_row));
+  // The words around a position: two columns of two frames. The upper of the two rows begins at bit `shift`.
+  struct Voxels {
+    WordPairs front;
+    WordPairs back;
+    Words shift;
+    Floats across;
+    Floats down;
+    Floats behind;
+  };
+  HWY_INLINE Voxels voxels_at(const VoxelPosition& position) const {
+    const Floats column = clamped(position.column, zero(), all(rays_.last_column));
+    const Floats row = clamped(position.row, zero(), all(rays_.last_row));
     const Floats first_column = hn::Floor(column);
     const Floats first_row = hn::Floor(row);
-    const Floats first_frame = hn::Floor(frame);
+    const Floats first_frame = hn::Floor(position.frame);
     const Floats packed_row = hn::Floor((first_row + all(0.5F)) * all(1.0F / 3.0F));
-    const Integers rows = whole(first_frame) * hn::Set(kIntegers, rays_.packed_rows) + whole(packed_row);
-    const Integers here = rows * hn::Set(kIntegers, rays_.packed_stride) + whole(first_column);
+    const Floats rows = first_frame * all(static_cast<float>(rays_.packed_rows)) + packed_row;
+    const Integers here = whole(rows) * hn::Set(kIntegers, rays_.packed_stride) + whole(first_column);
     const Integers behind = here + hn::Set(kIntegers, rays_.packed_rows * rays_.packed_stride);
-    const WordPairs front = gathered_pairs(packed_, here);
-    const WordPairs back = gathered_pairs(packed_, behind);
-    const Words shift = hn::BitCast(kWords, whole(all(8.0F) * (first_row - all(3.0F) * packed_row)));
-    const Words words[] = {hn::Shr(front.first, shift), hn::Shr(front.second, shift),
-                           hn::Shr(back.first, shift), hn::Shr(back.second, shift)};
+    return {gathered_pairs(packed_, here),
+            gathered_pairs(packed_, behind),
+            hn::BitCast(kWords, whole(all(8.0F) * (first_row - all(3.0F) * packed_row))),
+            column - first_column,
+            row - first_row,
+            position.frame - first_frame};
+  }
+
+  // The voxels mixed: 0 to 1, and -1 where one of them was not scanned.
+  HWY_INLINE Floats echo_of(const Voxels& voxels, Mask scanned) const {
+    const Words words[] = {
+        hn::Shr(voxels.front.first, voxels.shift), hn::Shr(voxels.front.second, voxels.shift),
+        hn::Shr(voxels.back.first, voxels.shift), hn::Shr(voxels.back.second, voxels.shift)};
     if (frames_ == FANLIGHT_FRAMES_MASKED) {
       const Words darkest =
           hn::Min(hn::Min(darker(words[0]), darker(words[1])), hn::Min(darker(words[2]), darker(words[3])));
       scanned = hn::And(scanned, hn::Gt(floats_of(darkest), zero()));
     }
-    const Floats down = row - first_row;
-    const Floats across = column - first_column;
-    const Floats near = mixed(rows_mixed(words[0], down), rows_mixed(words[1], down), across);
-    const Floats far = mixed(rows_mixed(words[2], down), rows_mixed(words[3], down), across);
-    return mixed(near, far, frame - first_frame) * all(1.0F / 255.0F);
+    const Floats down = voxels.down;
+    const Floats near = mixed(rows_mixed(words[0], down), rows_mixed(words[1], down), voxels.across);
+    const Floats far = mixed(rows_mixed(words[2], down), rows_mixed(words[3], down), voxels.across);
+    const Floats value = mixed(near, far, voxels.behind) * all(1.0F / 255.0F);
+    return where(scanned, value, all(-1.0F));
   }
+
   HWY_INLINE static Words upper_row(Words word) { return hn::And(word, hn::Set(kWords, 0xFF)); }
   HWY_INLINE static Words lower_row(Words word) { return upper_row(hn::ShiftRight<8>(word)); }
   HWY_INLINE static Words darker(Words word) { return hn::Min(upper_row(word), lower_row(word)); }

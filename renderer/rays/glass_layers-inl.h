@@ -44,7 +44,7 @@ HWY_INLINE Point growth_at(const FanVolume& volume, const Rays& ray, const Point
   return growth;
 }
 
-// Adds the edges at depth `t`, mm, of these rays. `height`: of the detector's step.
+// Adds an edge of each of these rays. `growth`: of the echo about it; `height`: of the detector's step.
 HWY_INLINE void add_layers(RayAccumulator& accumulator, const Point& growth, Mask rays, Floats height,
                            float level) {
   const Floats size = hn::Sqrt(dot(growth, growth));

@@ -82,9 +82,11 @@ HWY_INLINE std::uint32_t bits_of(Mask mask) {
   return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8U;
 }
 
-// Of values from 0 to 2^23.
+// Of whole values from 0 to 2^23 - 1. After the sum their bits are the mantissa (whole_number.h): a
+// conversion that knows no range takes three more steps.
 HWY_INLINE Integers whole(Floats value) {
-  return hn::ConvertTo(kIntegers, value);
+  const Words bits = hn::BitCast(kWords, value + all(8388608.0F));
+  return hn::BitCast(kIntegers, bits - hn::Set(kWords, 0x4B000000U));
 }
 
 // A point or a direction in the transducer frame.
@@ -128,15 +130,17 @@ struct WordPairs {
   Words first;
   Words second;
 };
-// Gathers them together: that takes half as long as gathering each. `index`: of the first, from 0 on.
+// Gathers them together: that takes half as long as gathering each. `index`: of the first, from 0 to 2^30
+// - 1.
 HWY_INLINE WordPairs gathered_pairs(const void* words, Integers index) {
 #if HWY_TARGET == HWY_SCALAR
   const auto* const base = static_cast<const std::uint32_t*>(words);
   return {hn::GatherIndex(kWords, base, index), hn::GatherIndex(kWords, base + 1, index)};
 #else
-  constexpr hn::Half<decltype(kIntegers)> kHalf;
-  const auto lower = hn::ShiftLeft<2>(hn::PromoteTo(kPairOffsets, hn::LowerHalf(kHalf, index)));
-  const auto upper = hn::ShiftLeft<2>(hn::PromoteTo(kPairOffsets, hn::UpperHalf(kHalf, index)));
+  constexpr hn::Half<decltype(kWords)> kHalf;
+  const Words offset = hn::ShiftLeft<2>(hn::BitCast(kWords, index));
+  const auto lower = hn::BitCast(kPairOffsets, hn::PromoteTo(kPairs, hn::LowerHalf(kHalf, offset)));
+  const auto upper = hn::BitCast(kPairOffsets, hn::PromoteTo(kPairs, hn::UpperHalf(kHalf, offset)));
   const auto* const base = static_cast<const std::uint64_t*>(words);
   const Words low = hn::BitCast(kWords, hn::GatherOffset(kPairs, base, lower));
   const Words high = hn::BitCast(kWords, hn::GatherOffset(kPairs, base, upper));

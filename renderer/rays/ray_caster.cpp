@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 
 #include "shaders/bindings.h"
 
@@ -60,7 +59,10 @@ class Segments {
 // to place edges takes as long for one ray as for all of them.
 class EdgeQueue {
  public:
-  static constexpr int kMost = 8;
+  // Edges of a ray from which on they are placed first. A batch and the end of the ray add no more than
+  // three.
+  static constexpr int kFull = 8;
+  static constexpr int kRoom = 12;
 
   // Written out, so that it is compiled for the instruction set.
   EdgeQueue() : waiting_(none()) {}
@@ -71,17 +73,17 @@ class EdgeQueue {
     for (std::uint32_t bits = bits_of(rays); bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
       int& count = counts_[lane];
-      const int place = (first_[lane] + count) % kMost;
+      const int place = (first_[lane] + count) % kRoom;
       positions_[place].lane[lane] = positions.lane[lane];
       heights_[place].lane[lane] = heights.lane[lane];
-      full_ |= ++count == kMost;
+      full_ |= ++count >= kFull;
     }
     waiting_ = hn::Or(waiting_, rays);
   }
 
   // Rays that have edges.
   Mask waiting() const { return waiting_; }
-  // Whether a ray has no room for another edge.
+  // Whether a ray has so many edges that they have to be placed.
   bool full() const { return full_; }
 
   // Takes the first edge of each of these rays, which have one.
@@ -93,7 +95,7 @@ class EdgeQueue {
       const int lane = std::countr_zero(bits);
       positions.lane[lane] = positions_[first_[lane]].lane[lane];
       heights.lane[lane] = heights_[first_[lane]].lane[lane];
-      first_[lane] = (first_[lane] + 1) % kMost;
+      first_[lane] = (first_[lane] + 1) % kRoom;
       if (--counts_[lane] == 0) empty |= 1U << static_cast<std::uint32_t>(lane);
     }
     full_ = false;
@@ -118,8 +120,8 @@ class EdgeQueue {
     waiting_ = hn::Gt(loaded(kept), zero());
   }
 
-  std::array<LaneFloats, kMost> positions_;
-  std::array<LaneFloats, kMost> heights_;
+  std::array<LaneFloats, kRoom> positions_;
+  std::array<LaneFloats, kRoom> heights_;
   std::array<int, kMostLanes> first_{};
   std::array<int, kMostLanes> counts_{};
   Mask waiting_;
@@ -568,7 +570,7 @@ HWY_EXPORT(cast_tiles);
 }  // namespace
 
 bool is_fast() {
-  return (hwy::SupportedTargets() & (HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL)) != 0;
+  return (hwy::SupportedTargets() & HWY_TARGETS & (HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL)) != 0;
 }
 
 void cast_tiles(const Method& method, const Memory& memory, std::uint32_t first, std::uint32_t end,

@@ -7,8 +7,8 @@
 #include "shaders/near_tissue.h"
 
 /// Pass 1 on a processor: the same rays as cast.comp, which GPUs run, and processors where is_fast() is
-/// false. Compiled for several instruction sets by Highway; a vector of rays is cast at a time. Some three
-/// times as fast as the shader on lavapipe with AVX2 and AVX-512 (decision renderer/017).
+/// false. Compiled for several instruction sets by Highway; a vector of rays is cast at a time. Two and a
+/// half to three times as fast as the shader on lavapipe with AVX2 and AVX-512 (decision renderer/017).
 ///
 /// Results are those of the shader but for the rounding of a sample to 2^-19, which may go the other way: a
 /// surface moves by less than a thousandth of a sample then. They are the same on all instruction sets.

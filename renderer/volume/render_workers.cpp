@@ -12,8 +12,8 @@
 namespace fanlight {
 
 std::size_t RenderWorkers::usual_threads() {
-  // More would wait for memory, and a frame is the smallest part.
-  constexpr std::size_t kMost = 8;
+  // More would wait for memory.
+  constexpr std::size_t kMost = 16;
   return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMost);
 }
 
@@ -47,7 +47,7 @@ void RenderWorkers::work(std::size_t thread) {
 }
 
 void RenderWorkers::serve(Doorbell& begin, std::size_t thread, const std::stop_token& stop) {
-  pthread_setname_np(pthread_self(), "prepare");
+  pthread_setname_np(pthread_self(), "render work");
   lower_priority(kCastNiceness);
   const std::stop_callback wakes(stop, [&begin] { begin.ring(); });
   while (!stop.stop_requested()) {

@@ -23,7 +23,7 @@ class RenderWorkers {
   RenderWorkers(const RenderWorkers&) = delete;
   RenderWorkers& operator=(const RenderWorkers&) = delete;
 
-  /// One for each processor, up to eight.
+  /// One for each processor, up to 16.
   static std::size_t usual_threads();
 
   std::size_t threads() const { return workers_.size() + 1; }

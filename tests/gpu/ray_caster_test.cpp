@@ -117,6 +117,31 @@ TEST_P(RayCasterTest, GivesTheSameBitsOnEachInstructionSet) {
   EXPECT_GE(compared, 1);
 }
 
+// A ray may find many edges before its neighbours find one.
+TEST_P(RayCasterTest, PlaceManyEdgesOfOneRayInTheirOrder) {
+  if (!ray_caster::is_fast()) GTEST_SKIP() << "this processor gathers no words: the shader casts the rays";
+  SeededCase given = case_of(kCasesInABatch * GetParam());
+  Scene& scene = given.scene;
+  scene.mode = Mode::kSurface;
+  scene.speckle.filter = SpeckleFilter::kNone;
+  scene.detector.window = 2;
+  scene.detector.threshold = 2;
+  scene.detector.place = SurfacePlace::kFirstCrossing;
+  scene.detector.sign = EdgeSign::kEither;
+  scene.detector.least_contrast = 0;
+  scene.glass.amount = GetParam() % 2;
+  // Many layers in some rays, and nothing but the last surface in their neighbours.
+  const Volume volume = made_volume(given.geometry, given.angles_rad, [](const Point& at) {
+    const bool has_layers = std::fmod(std::abs(at.x_mm), 4.0) < 2.0;
+    const double layers = std::fmod(std::abs(at.y_mm), 3.0) < 1.5 ? 120 : 20;
+    return at.y_mm > 45 ? 250.0 : has_layers ? layers : 0.0;
+  });
+  Differences differences;
+  differences.add(cast(given, volume, scene, false), cast(given, volume, scene, true));
+  EXPECT_LE(differences.moved, differences.surfaces / 500);
+  EXPECT_LE(differences.coloured, differences.pixels / 500);
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, RayCasterTest, testing::Range(0U, kBatches));
 
 }  // namespace
