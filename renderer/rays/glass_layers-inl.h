@@ -19,12 +19,14 @@ constexpr float kFaceOn = 0.03F;
 
 // Samples behind a surface's edge in which its own edge lies.
 inline float own_layer(const Method& method) {
-  return method.place == FANLIGHT_PLACE_FIRST_CROSSING ? static_cast<float>(method.window / 2) : 1.0F;
+  const int half_window = method.window / 2;
+  return method.place == FANLIGHT_PLACE_FIRST_CROSSING ? static_cast<float>(half_window) : 1.0F;
 }
 
 // In proportion to the growth of the echo about a point: to the right, upwards and along the ray.
 HWY_INLINE Point growth_at(const FanVolume& volume, const Rays& ray, const Point& point, int half_window) {
-  const Floats reach = all(static_cast<float>(half_window >= 4 ? half_window / 2 : 1));
+  const int samples = half_window >= 4 ? half_window / 2 : 1;
+  const Floats reach = all(static_cast<float>(samples));
   // The axes, and the diagonals of a cube.
   constexpr float kWays[7][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 1},
                                  {1, 1, -1}, {1, -1, 1}, {1, -1, -1}};
