@@ -18,9 +18,11 @@
 #include <hwy/highway.h>
 
 #include "renderer/rays/edge_detector-inl.h"
+#include "renderer/rays/edge_queue-inl.h"
 #include "renderer/rays/fan_volume-inl.h"
 #include "renderer/rays/glass_layers-inl.h"
 #include "renderer/rays/ray_accumulator-inl.h"
+#include "renderer/rays/segments.hpp"
 #include "renderer/rays/surface_place-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,102 +33,6 @@ constexpr std::uint32_t kBlockWidth = std::min<std::uint32_t>(4, kLanes);
 constexpr std::uint32_t kBlockHeight = static_cast<std::uint32_t>(kLanes) / kBlockWidth;
 constexpr std::uint32_t kTileSide = 8;
 constexpr auto kNoSurface = static_cast<float>(FANLIGHT_NO_SURFACE);
-
-// The segments of a tile's rays that have to be read (segment_skip.h).
-class Segments {
- public:
-  Segments(const std::uint32_t* mask, std::uint32_t shift) : mask_(mask), shift_(shift) {}
-
-  bool none() const { return (mask_[0] | mask_[1] | mask_[2] | mask_[3]) == 0; }
-  // The first sample from `index` on in a segment that has to be read, or with `inverse` in another one;
-  // beyond the end of every ray if there is none.
-  int first_sample_in(int index, bool inverse) const {
-    const int segment = index >> shift_;
-    for (int part = segment / 32; part < FANLIGHT_MAX_SEGMENTS / 32; ++part) {
-      std::uint32_t bits = inverse ? ~mask_[part] : mask_[part];
-      if (part == segment / 32) bits &= ~0U << static_cast<std::uint32_t>(segment % 32);
-      if (bits != 0) return std::max(index, (32 * part + std::countr_zero(bits)) << shift_);
-    }
-    return 1 << 16;
-  }
-
- private:
-  const std::uint32_t* mask_;
-  std::uint32_t shift_;
-};
-
-// Edges of each ray that may be surfaces, or layers, in their order, until all rays of the vector have one:
-// to place edges takes as long for one ray as for all of them.
-class EdgeQueue {
- public:
-  // Edges of a ray from which on they are placed first. A batch and the end of the ray add no more than
-  // three.
-  static constexpr int kFull = 8;
-  static constexpr int kRoom = 12;
-
-  // Written out, so that it is compiled for the instruction set.
-  EdgeQueue() : waiting_(none()) {}
-
-  void add(Mask rays, const FoundEdges& edges) {
-    const LaneFloats positions = stored(edges.position);
-    const LaneFloats heights = stored(edges.height);
-    for (std::uint32_t bits = bits_of(rays); bits != 0; bits &= bits - 1) {
-      const int lane = std::countr_zero(bits);
-      int& count = counts_[lane];
-      const int place = (first_[lane] + count) % kRoom;
-      positions_[place].lane[lane] = positions.lane[lane];
-      heights_[place].lane[lane] = heights.lane[lane];
-      full_ |= ++count >= kFull;
-    }
-    waiting_ = hn::Or(waiting_, rays);
-  }
-
-  // Rays that have edges.
-  Mask waiting() const { return waiting_; }
-  // Whether a ray has so many edges that they have to be placed.
-  bool full() const { return full_; }
-
-  // Takes the first edge of each of these rays, which have one.
-  FoundEdges take(Mask rays) {
-    LaneFloats positions = stored(zero());
-    LaneFloats heights = positions;
-    std::uint32_t empty = 0;
-    for (std::uint32_t bits = bits_of(rays); bits != 0; bits &= bits - 1) {
-      const int lane = std::countr_zero(bits);
-      positions.lane[lane] = positions_[first_[lane]].lane[lane];
-      heights.lane[lane] = heights_[first_[lane]].lane[lane];
-      first_[lane] = (first_[lane] + 1) % kRoom;
-      if (--counts_[lane] == 0) empty |= 1U << static_cast<std::uint32_t>(lane);
-    }
-    full_ = false;
-    drop(empty);
-    return {rays, loaded(positions), loaded(heights)};
-  }
-
-  // Forgets the edges of these rays.
-  void clear(Mask rays) {
-    const std::uint32_t bits = bits_of(rays);
-    for (int lane = 0; lane < static_cast<int>(kLanes); ++lane) {
-      if ((bits >> static_cast<std::uint32_t>(lane) & 1U) != 0) counts_[lane] = 0;
-    }
-    full_ = false;
-    drop(bits);
-  }
-
- private:
-  void drop(std::uint32_t lanes) {
-    LaneFloats kept = stored(hn::IfThenElseZero(waiting_, all(1.0F)));
-    for (; lanes != 0; lanes &= lanes - 1) kept.lane[std::countr_zero(lanes)] = 0.0F;
-    waiting_ = hn::Gt(loaded(kept), zero());
-  }
-
-  std::array<LaneFloats, kRoom> positions_;
-  std::array<LaneFloats, kRoom> heights_;
-  std::array<int, kMostLanes> first_{};
-  std::array<int, kMostLanes> counts_{};
-  Mask waiting_;
-  bool full_ = false;
-};
 
 // The rays of a block of pixels.
 struct Block {
