@@ -5,6 +5,7 @@ import type { DepthReply, FluidReply, MeasurementList as KeptList, Picture } fro
 import type { ShownPlane } from "../shown_planes";
 import { planeAt, pointAt } from "../shown_planes";
 import { picturePixel, type PagePoint } from "../view_geometry";
+import { fitOf, showsSame } from "./answered_picture";
 import { kKinds, type Kind, type Mm } from "./figures";
 import { FluidProbe } from "./fluid_probe";
 import type { MeasureEvents } from "./measure_events";
@@ -57,6 +58,7 @@ export class MeasureTool {
   private readonly fluid: FluidProbe;
   private pending: Pending | undefined;
   private asked: Asked | undefined; // of the server, which knows the surface
+  private early: DepthReply | undefined; // the answer, of a picture that has not arrived yet
   private lastId = 0n;
   private picture: Picture | undefined;
   private chosen = false;
@@ -176,12 +178,16 @@ export class MeasureTool {
     return { ...begun, plane: { points: [], across: acrossOf(plane), pixelMm } };
   }
 
-  answered({ requestId, pictureId, points, refused }: DepthReply): void {
+  answered(reply: DepthReply): void {
+    const { requestId, pictureId, points, refused } = reply;
     const asked = this.asked;
     if (!asked || requestId !== asked.id) return;
+    const fit = refused ? "changed" : fitOf(pictureId, asked.picture, this.picture ?? asked.picture);
+    this.early = fit === "awaited" ? reply : undefined;
+    if (this.early) return;
     this.asked = undefined;
     if (refused) return this.say(refused.message);
-    if (pictureId !== asked.picture.pictureId) return this.say(kChanged);
+    if (fit === "changed") return this.say(kChanged);
     const found = points.map(({ surface, xMm, yMm, zMm }) => (surface ? ([xMm, yMm, zMm] as const) : undefined));
     const isDistance = asked.pending.kind === "distance";
     const corners = isDistance ? [found[0], found.at(-1)] : found;
@@ -197,9 +203,7 @@ export class MeasureTool {
 
   /** The picture on show; a measurement belongs to its volume. */
   show(picture: Picture): void {
-    const isSame = (["volumeId", "sceneRevision", "privateView"] as const).every(
-      (name) => this.picture?.[name] === picture[name],
-    );
+    const isSame = this.picture !== undefined && showsSame(this.picture, picture);
     const isOther = this.picture?.volumeId !== picture.volumeId;
     const isCancelled = !isSame && this.pending !== undefined;
     this.picture = picture;
@@ -208,6 +212,7 @@ export class MeasureTool {
     if (isCancelled) this.say(kChanged);
     else if (isOther && this.chosen) this.sayHint();
     else this.sayHintAgain();
+    if (this.early) this.answered(this.early);
     this.draw();
   }
 
