@@ -17,7 +17,7 @@ struct LaneFacts {
   int nice;  // of 19: below the renderer, and still a share of a busy processor
 };
 constexpr std::array<LaneFacts, kEncoderLanes> kLaneFacts = {
-    {{"encode", 0}, {"encode heavy", 10}, {"encode slow", 15}, {"survey", 0}}};
+    {{"encode", 0}, {"encode heavy", 10}, {"encode slow", 15}, {"asked", 0}}};
 
 }  // namespace
 
@@ -29,7 +29,7 @@ EncoderPool::EncoderPool(std::size_t threads) : lane_threads_(threads) {
   const auto start = [this](EncoderLane lane) {
     threads_.emplace_back([this, lane](const std::stop_token& stop) { run(stop, lane); });
   };
-  start(EncoderLane::kSurvey);
+  start(EncoderLane::kAsked);
   for (std::size_t thread = 0; thread < threads; ++thread) {
     for (const EncoderLane lane : {EncoderLane::kQuick, EncoderLane::kHeavy, EncoderLane::kBackground})
       start(lane);

@@ -15,8 +15,9 @@ namespace fanlight {
 
 /// Whether an encoding delays the others: a PNG or a depth map takes ten times a JPEG, the scan conversion of
 /// a volume a hundred times.
-/// A survey (SurveyDesk) is no encoding, but a user waits for it: it has one thread, at the usual priority.
-enum class EncoderLane : std::uint8_t { kQuick, kHeavy, kBackground, kSurvey };
+/// A survey (SurveyDesk) and a measurement of fluid (FluidDesk) are no encodings, but a user waits for them:
+/// they have one thread, at the usual priority.
+enum class EncoderLane : std::uint8_t { kQuick, kHeavy, kBackground, kAsked };
 inline constexpr std::size_t kEncoderLanes = 4;
 
 /// Runs `work` on a thread of the lane, and then `done` on the server thread.
@@ -29,7 +30,7 @@ class EncoderPool {
  public:
   using Work = std::function<void()>;
 
-  /// `threads`: of each lane but kSurvey, 1 or more.
+  /// `threads`: of each lane but kAsked, 1 or more.
   explicit EncoderPool(std::size_t threads = usual_threads());
   /// Waits for the work that runs; the work that waits is dropped.
   ~EncoderPool();

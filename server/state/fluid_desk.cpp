@@ -55,7 +55,7 @@ Result<void> FluidDesk::request(std::uint64_t asker, const FluidQuestion& questi
 
 /// Begins what waits first. False: the renderer has too many orders.
 bool FluidDesk::begin() {
-  is_busy_ = dependencies_.volumes.copy(EncoderLane::kBackground, copy_,
+  is_busy_ = dependencies_.volumes.copy(EncoderLane::kAsked, copy_,
                                         [this](VolumeCopier::Copy copy) { copied(std::move(copy)); });
   return is_busy_;
 }
@@ -87,7 +87,7 @@ void FluidDesk::measure(std::shared_ptr<Volume> volume) {
   const auto reply = std::make_shared<v1::FluidReply>();
   stop_ = std::stop_source();
   dependencies_.executor(
-      EncoderLane::kBackground,
+      EncoderLane::kAsked,
       [reply, volume = std::move(volume), question = requests_.front().question,
        measure = dependencies_.measure, stop = stop_.get_token()] {
         try {

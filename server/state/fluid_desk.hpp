@@ -30,7 +30,7 @@ struct FluidQuestion {
 using FluidMeter = std::function<Result<v1::FluidRegion>(const Volume& volume, const FluidQuestion& question,
                                                          const std::stop_token& stop)>;
 
-/// Measures fluid in the volume that is shown, for clients: on a thread of the background lane, one region
+/// Measures fluid in the volume that is shown, for clients: on a thread of the lane that is asked, one region
 /// after the other. Server thread only.
 class FluidDesk {
  public:

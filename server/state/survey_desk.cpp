@@ -72,9 +72,8 @@ bool SurveyDesk::look(const Scene& scene) {
 
 /// Begins a survey for all that wait. False: the renderer has too many orders.
 bool SurveyDesk::begin(const Scene& scene) {
-  looking_ = dependencies_.volumes.copy(EncoderLane::kSurvey, copy_, [this, scene](VolumeCopier::Copy copy) {
-    copied(std::move(copy), scene);
-  });
+  looking_ = dependencies_.volumes.copy(
+      EncoderLane::kAsked, copy_, [this, scene](VolumeCopier::Copy copy) { copied(std::move(copy), scene); });
   for (Request& request : requests_) request.is_looked_for = looking_;
   return looking_;
 }
@@ -92,7 +91,7 @@ void SurveyDesk::copied(VolumeCopier::Copy copy, const Scene& scene) {
   try {
     const auto survey = std::make_shared<Survey>();
     dependencies_.executor(
-        EncoderLane::kSurvey,
+        EncoderLane::kAsked,
         [survey, scene, volume = std::move(copy.volume), find = dependencies_.find,
          stop = stop_.get_token()] {
           try {
