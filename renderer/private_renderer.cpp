@@ -31,12 +31,17 @@ Result<void> PrivateRenderer::want(const PrivateViews& views) {
   return {};
 }
 
+LightPass::Config PrivateRenderer::light_config(PictureSize largest) const {
+  return {.largest = largest,
+          .copies = LightPass::Config::Copies::kOnDevice,
+          .pauses = true,
+          .workers = cast_config_.ray_workers};
+}
+
 /// Creates the passes that the wanted view needs and does not have.
 Result<void> PrivateRenderer::create_passes(ViewState& state) const {
   if (!state.light) {
-    auto light = LightPass::create(
-        device_,
-        {.largest = cast_config_.size, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
+    auto light = LightPass::create(device_, light_config(cast_config_.size));
     if (!light) return light.error();
     state.light = std::move(*light);
   }
@@ -252,8 +257,7 @@ Result<void> PrivateRenderer::add_weights(ViewState& state) {
 Result<void> PrivateRenderer::fit_light(ViewState& state, PictureSize size) const {
   if (size.pixels() <= state.light->largest().pixels()) return {};
   state.light.reset();  // frees its memory first
-  auto light = LightPass::create(
-      device_, {.largest = size, .copies = LightPass::Config::Copies::kOnDevice, .pauses = true});
+  auto light = LightPass::create(device_, light_config(size));
   if (!light) return light.error();
   state.light = std::move(*light);
   return {};
@@ -286,7 +290,7 @@ Result<void> PrivateRenderer::light(ViewState& state, const Shown& shown) {
 }
 
 std::array<double, kStages> PrivateRenderer::stage_ms(const ViewState& state) {
-  auto ms = state.light->recorder().stage_ms();
+  auto ms = state.light->stage_ms();
   if (!state.casts() || !state.light->is_first_of_cast()) return ms;
   const auto cast_ms = state.cast->recorder().stage_ms();
   for (std::size_t stage = 0; stage < kStages; ++stage) ms[stage] += cast_ms[stage];

@@ -110,6 +110,7 @@ class PrivateRenderer {
       return (light ? light->recorder().outstanding() : 0) + (cast ? cast->recorder().outstanding() : 0);
     }
   };
+  LightPass::Config light_config(PictureSize largest) const;
   Result<void> create_passes(ViewState& state) const;
   Result<void> fit_light(ViewState& state, PictureSize size) const;
   static void drop_passes(ViewState& state);

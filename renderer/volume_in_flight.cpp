@@ -30,9 +30,10 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   cast_ = std::move(*cast);
   cast_.bind(bindings());
   using Copies = LightPass::Config::Copies;
-  auto light = LightPass::create(
-      light_device == nullptr ? device_ : *light_device,
-      {.largest = config_.largest, .copies = on_one_device_ ? Copies::kNone : Copies::kByHost});
+  auto light = LightPass::create(light_device == nullptr ? device_ : *light_device,
+                                 {.largest = config_.largest,
+                                  .copies = on_one_device_ ? Copies::kNone : Copies::kByHost,
+                                  .workers = on_one_device_ ? nullptr : config_.ray_workers});
   if (!light) return light.error();
   light_ = std::move(*light);
   if (on_one_device_) return {};
@@ -81,7 +82,7 @@ void VolumeInFlight::drop_held() {
 }
 
 std::array<StageSpan, kStages> VolumeInFlight::stage_spans() const {
-  auto spans = light_.recorder().stage_spans();
+  auto spans = light_.stage_spans();
   if (!light_.is_first_of_cast()) return spans;
   // Two devices count on the clock of the one processor.
   const auto cast = cast_.stage_spans();

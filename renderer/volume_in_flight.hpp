@@ -150,6 +150,8 @@ class VolumeInFlight {
   /// Whether light() has submitted all pieces, and whether it has submitted more than the filter.
   bool light_submitted() const { return light_.steps().submitted(); }
   bool light_begun() const { return light_.steps().begun(Stage::kLight); }
+  /// Whether the processor runs the next piece of light(), and can run it now.
+  bool lights_here() const { return light_.works_here(); }
 
   /// On one device always true: the GPU waits.
   bool maps_are_written() const { return on_one_device_ || cast_.maps_are_written(); }

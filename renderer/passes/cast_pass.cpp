@@ -222,7 +222,7 @@ Result<void> CastPass::submit_before_rays(AngleBuffer& angles) {
   if (!commands) return commands.error();
   recorder_.begin_piece(Stage::kCast);
   record_before_rays(*commands, angles);
-  record_for_host(*commands);
+  host_barrier(*commands);
   return submit();
 }
 
@@ -290,7 +290,7 @@ Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_ch
   if (casts_here()) {
     next_tile_ = 0;
     listed_ = true;
-    record_for_host(*commands);
+    host_barrier(*commands);
     return submit();
   }
   vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.cast_listed);
@@ -383,14 +383,7 @@ void CastPass::record_slices(VkCommandBuffer commands) const {
 }
 
 void CastPass::record_maps_for_host(VkCommandBuffer commands) const {
-  if (config_.maps_for_host) record_for_host(commands);
-}
-
-/// What the GPU has written can be read and written by the processor.
-void CastPass::record_for_host(VkCommandBuffer commands) {
-  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
-          VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
-          VK_ACCESS_2_HOST_READ_BIT | VK_ACCESS_2_HOST_WRITE_BIT);
+  if (config_.maps_for_host) host_barrier(commands);
 }
 
 void CastPass::record_dirty_tiles(VkCommandBuffer commands, const FrameStore& frames,

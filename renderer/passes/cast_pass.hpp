@@ -170,7 +170,6 @@ class CastPass {
   void record_frame_steps(VkCommandBuffer commands) const;
   void record_slices(VkCommandBuffer commands) const;
   void record_maps_for_host(VkCommandBuffer commands) const;
-  static void record_for_host(VkCommandBuffer commands);
   void record_dirty_tiles(VkCommandBuffer commands, const FrameStore& frames,
                           FrameRange frames_changed) const;
 

@@ -63,13 +63,14 @@ int diffusion_steps(const Scene& scene) {
 Result<LightPass> LightPass::create(const PassDevice& device, const Config& config) {
   LightPass made(config);
   const bool by_host = config.copies == Copies::kByHost;
+  const bool here = config.workers != nullptr;
+  const auto usual_place = here ? BufferPlace::kFromGpu : BufferPlace::kDevice;
   auto memory = LightMemory::create(*device.gpu, config.largest,
-                                    by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice);
+                                    by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice, usual_place);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
   if (config.copies != Copies::kNone) {
-    auto copies =
-        CastMaps::create(*device.gpu, config.largest, by_host ? BufferPlace::kToGpu : BufferPlace::kDevice);
+    auto copies = CastMaps::create(*device.gpu, config.largest, by_host ? BufferPlace::kToGpu : usual_place);
     if (!copies) return copies.error();
     made.copies_ = std::move(*copies);
   }
@@ -97,6 +98,7 @@ void LightPass::name_maps(const CastMaps& maps) {
   if (std::exchange(named_maps_, maps.depth.get()) != maps.depth.get())
     maps.write_to(recorder_.descriptors());
   named_colours_ = maps.colour.get();
+  if (here_.on()) colours_here_ = &maps.colour.mapped_as<std::uint32_t>();
 }
 
 void LightPass::read(const CastPass& cast) {
@@ -128,7 +130,7 @@ void LightPass::follow(const GpuBuffer& steady) {
 void LightPass::learn_step_times() {
   // Steps over a part of the picture say nothing of whole ones.
   if (!in_pieces() || steps_.count() == 0 || !steps_.submitted() || partly_) return;
-  const auto ms = recorder_.stage_ms();
+  const auto ms = stage_ms();
   for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish}) {
     const auto index = static_cast<std::size_t>(stage);
     const auto steps = static_cast<double>(steps_.count_of(stage));
@@ -252,37 +254,52 @@ Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
   return {};
 }
 
+/// A step of the light or of pass 3, which runs nowhere yet.
+Result<LightStep> LightPass::step_of(const PipelineKey& key, shading::Step step) const {
+  if (here_.on()) return LightStep{.here = step};
+  const auto pipeline = recorder_.pipelines().get(key);
+  if (!pipeline) return pipeline.error();
+  return LightStep{.pipeline = *pipeline};
+}
+
 /// The steps of the light and of pass 3.
 Result<void> LightPass::add_light_steps(const LightKeys& keys, const Scene& scene) {
-  Pipelines& pipelines = recorder_.pipelines();
-  // Of half the picture's width and height.
-  for (const auto& key : {keys.soft_light, keys.scatter_rows, keys.scatter_columns}) {
+  using shading::Step;
+  const std::pair<std::optional<PipelineKey>, Step> soft_steps[] = {
+      {keys.soft_light, Step::kSoftLight},
+      {keys.scatter_rows, Step::kScatterRows},
+      {keys.scatter_columns, Step::kScatterColumns}};
+  for (const auto& [key, number] : soft_steps) {
     if (!key) continue;
-    const auto pipeline = pipelines.get(*key);
-    if (!pipeline) return pipeline.error();
-    steps_.add({.pipeline = *pipeline,
-                .groups_across = groups(size_.width, 2 * kTileSide),
-                .groups_down = groups(size_.height, 2 * kTileSide),
-                .stage = Stage::kLight});
+    auto step = step_of(*key, number);
+    if (!step) return step.error();
+    // Of half the picture's width and height.
+    step->groups_across = groups(size_.width, 2 * kTileSide);
+    step->groups_down = groups(size_.height, 2 * kTileSide);
+    step->stage = Stage::kLight;
+    steps_.add(*step);
   }
-  const auto lit = pipelines.get(keys.light);
+  const auto lit = step_of(keys.light, Step::kLight);
   if (!lit) return lit.error();
-  LightStep light_step = on_tiles(*lit, regions_.lit);
+  LightStep light_step = on_tiles(lit->pipeline, regions_.lit);
+  light_step.here = lit->here;
   light_step.stage = Stage::kLight;
   steps_.add(light_step);
   const std::size_t light_steps = steps_.count_of(Stage::kLight);
   if (light_steps != measured_light_steps_) step_ms_[static_cast<std::size_t>(Stage::kLight)] = 0;
   measured_light_steps_ = light_steps;
   int done = 0;
-  const auto add = [&](Shader shader, const PixelRect& part) {
-    LightStep step = on_tiles(pipelines.fixed(shader), part);
+  const auto add = [&](Shader shader, Step number, const PixelRect& part) {
+    LightStep step = on_tiles(here_.on() ? VK_NULL_HANDLE : recorder_.pipelines().fixed(shader), part);
+    if (here_.on()) step.here = number;
     step.stage = Stage::kFinish;
     step.order = order_after(done++);
     steps_.add(step);
   };
-  if (maps_due_.parameters.outline_radius > 0) add(Shader::kOutline, regions_.outlined);
-  for (int step = 0; step < diffusion_steps(scene); ++step) add(Shader::kDiffuse, regions_.finished);
-  add(Shader::kFinish, regions_.finished);
+  if (maps_due_.parameters.outline_radius > 0) add(Shader::kOutline, Step::kOutline, regions_.outlined);
+  for (int step = 0; step < diffusion_steps(scene); ++step)
+    add(Shader::kDiffuse, Step::kDiffuse, regions_.finished);
+  add(Shader::kFinish, Step::kFinish, regions_.finished);
   return {};
 }
 
@@ -300,6 +317,7 @@ Result<void> LightPass::begin(const Scene& scene, const Earlier& earlier, const 
   // Without weights all count the same: the next volume's picture will have them.
   if (!input_.weighted) parameters.confidence_counts = 0;
   recorder_.reset_times();
+  here_.begin(keys);
   steps_.clear();
   steady_steps_ = 0;
   is_first_of_cast_ = is_new_cast_;
@@ -335,7 +353,9 @@ Result<void> LightPass::change(const Scene& scene) {
   set_smooth_part(changed, regions_.smooth);
   parameters = changed;
   steps_.drop_from(Stage::kLight);
-  return add_light_steps(light_keys(scene), scene);
+  const LightKeys keys = light_keys(scene);
+  here_.change(keys);
+  return add_light_steps(keys, scene);
 }
 
 void LightPass::record_clear_totals(VkCommandBuffer commands) const {
@@ -423,8 +443,11 @@ Result<void> LightPass::submit(std::size_t end_step) {
   if (maps_to_copy_ != nullptr) copies_.copy(*commands, *maps_to_copy_, size_);
   if (blends() && steps_.next() == 0 && steady_steps_ > 0) record_map_before(*commands);
   record_steps(*commands, end_step);
-  const bool last = end_step == steps_.count();
-  if (last) record_read_back(*commands);
+  if (end_step == steps_.count()) record_read_back(*commands);
+  if (here_.on()) {
+    if (is_here(end_step) && end_step > steps_.next()) recorder_.stamp(GpuTimestamps::kLightBegin);
+    host_barrier(*commands);
+  }
   if (auto submitted = recorder_.submit(recorder_.gpu().light_queue(), written_); !submitted)
     return submitted;
   maps_to_copy_ = nullptr;
@@ -432,15 +455,31 @@ Result<void> LightPass::submit(std::size_t end_step) {
     new_frames_ = new_frames_due_;
     filtered_temporal_ = maps_due_.temporal;
   }
+  note_submitted(end_step);
+  return {};
+}
+
+/// Runs the steps before end_step that were not run yet on the processor, and after the last one the
+/// read-back.
+void LightPass::light_here(std::size_t end_step) {
+  here_.run(steps_, steps_.next(), end_step, memory_, colours_here_, size_);
+  if (end_step == steps_.count()) {
+    // Not again for a light that moved. A copy by the host is read where it is.
+    const bool new_colours = is_new_input_ && config_.copies != Copies::kByHost;
+    here_.read_back(memory_, new_colours ? colours_here_ : nullptr, size_);
+  }
+  note_submitted(end_step);
+}
+
+void LightPass::note_submitted(std::size_t end_step) {
   steps_.submit_until(end_step);
-  if (!last) return {};
+  if (!steps_.submitted()) return;
   // Only now: after an error, or where the picture was given up, the next one does all of it.
   filter_ = filter_due_;
   maps_ = maps_due_;
   filtered_ = maps_due_.parameters;
   note_changed_part();
   is_new_cast_ = is_new_input_ = false;
-  return {};
 }
 
 /// The colours of pass 1, packed RGBA8, of the last picture's maps.
@@ -500,16 +539,40 @@ double LightPass::mean_volumes() const {
   return totals.volumes / (FANLIGHT_VOLUME_UNITS * static_cast<double>(totals.steady_pixels));
 }
 
+std::array<StageSpan, kStages> LightPass::stage_spans() const {
+  auto spans = recorder_.stage_spans();
+  for (std::size_t stage = 0; stage < kStages; ++stage) {
+    if (here_.spans()[stage].begin_ns != 0) spans[stage] = here_.spans()[stage];
+  }
+  return spans;
+}
+
+std::array<double, kStages> LightPass::stage_ms() const {
+  auto ms = recorder_.stage_ms();
+  for (std::size_t stage = 0; stage < kStages; ++stage) ms[stage] += here_.ms()[stage];
+  return ms;
+}
+
 Result<void> LightPass::submit_next() {
   const Stage next = steps_[steps_.next()].stage;
+  const bool here = is_here(steps_.next());
+  // The processor reads the copy.
+  if (here && maps_to_copy_ != nullptr) return submit(steps_.next());
   // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
-  if (config_.copies == Copies::kByHost && next != Stage::kFilter) return submit_all();
+  if (config_.copies == Copies::kByHost && next != Stage::kFilter) {
+    if (!here) return submit_all();
+    light_here(steps_.count());
+    return {};
+  }
   const auto stage = static_cast<std::size_t>(next);
   const double known_ms = step_ms_[stage];
   const double whole_ms = known_ms > 0 ? known_ms : kPieceMs;
   const double share = static_cast<double>(regions_.smooth.pixels()) / static_cast<double>(pixels());
   const double step_ms = next == Stage::kFilter ? share * whole_ms : whole_ms;
-  return submit(std::max(steps_.end_of_piece(step_ms, kPieceMs), steady_steps_));
+  const std::size_t end = std::max(steps_.end_of_piece(step_ms, kPieceMs), steady_steps_);
+  if (!here) return submit(end);
+  light_here(end);
+  return {};
 }
 
 }  // namespace fanlight

@@ -15,6 +15,7 @@
 #include "renderer/parameters/view_frame.hpp"
 #include "renderer/passes/cast_maps.hpp"
 #include "renderer/passes/cast_pass.hpp"
+#include "renderer/passes/light_here.hpp"
 #include "renderer/passes/light_memory.hpp"
 #include "renderer/passes/light_regions.hpp"
 #include "renderer/passes/light_steps.hpp"
@@ -40,6 +41,9 @@ class LightPass {
     /// is less than half of it.
     enum class Copies : std::uint8_t { kNone, kOnDevice, kByHost } copies = Copies::kNone;
     bool pauses = false;  ///< as PassRecorder::Config
+    /// They run all after the filter; then the pass's device is this processor, and pieces are submitted one
+    /// by one. Null: the GPU does.
+    RenderWorkers* workers = nullptr;
   };
 
   LightPass() = default;
@@ -80,9 +84,14 @@ class LightPass {
   Result<void> begin(const Scene& scene, const Earlier& earlier, const Seam* seam = nullptr);
 
   /// Submits the next piece, about 4 ms of work; the first one has all that reads the map of follow(), which
-  /// may be written again then, and the last one has the read-back. Precondition: as begin().
+  /// may be written again then, and the last one has the read-back. A piece that the processor runs is done
+  /// at the return. Precondition: as begin().
   Result<void> submit_next();
-  /// Submits all that is left.
+  /// Whether the processor runs the next piece, and can run it now.
+  bool works_here() const {
+    return !steps_.submitted() && is_here(steps_.next()) && recorder_.outstanding() == 0;
+  }
+  /// Submits all that is left. Precondition: the GPU does all of it.
   Result<void> submit_all() { return submit(steps_.count()); }
 
   /// Between two pieces: lights by another effective_scene(), whose depth filter and camera are the same,
@@ -98,6 +107,10 @@ class LightPass {
   bool blends() const { return maps_due_.temporal == FANLIGHT_TEMPORAL_SEAM; }
   /// Whether the picture of the last begin() is the first of its cast.
   bool is_first_of_cast() const { return is_first_of_cast_; }
+
+  /// As those of PassRecorder, with what the processor did.
+  std::array<StageSpan, kStages> stage_spans() const;
+  std::array<double, kStages> stage_ms() const;
 
   const PassRecorder& recorder() const { return recorder_; }
   PassRecorder& recorder() { return recorder_; }
@@ -116,7 +129,7 @@ class LightPass {
   }
 
  private:
-  explicit LightPass(const Config& config) : config_(config) {}
+  explicit LightPass(const Config& config) : config_(config), here_(config.workers) {}
   enum class Change : std::uint8_t { kNone, kWeights, kCast };
   Change take(const CastPass& cast);
   void name_maps(const CastMaps& maps);
@@ -136,7 +149,11 @@ class LightPass {
   Result<void> add_steady_steps();
   Result<void> add_filter_steps(const LightKeys& keys);
   Result<void> add_light_steps(const LightKeys& keys, const Scene& scene);
+  bool is_here(std::size_t step) const { return step < steps_.count() && steps_[step].here.has_value(); }
+  Result<LightStep> step_of(const PipelineKey& key, shading::Step step) const;
   Result<void> submit(std::size_t end_step);
+  void light_here(std::size_t end_step);
+  void note_submitted(std::size_t end_step);
   void record_map_before(VkCommandBuffer commands) const;
   void record_clear_totals(VkCommandBuffer commands) const;
   void record_steps(VkCommandBuffer commands, std::size_t end_step) const;
@@ -153,12 +170,13 @@ class LightPass {
   };
   Input input_;
   double farthest_mm_ = 0;
-  VkBuffer named_maps_ = VK_NULL_HANDLE;     // depth of the maps that the descriptors name
-  VkBuffer named_colours_ = VK_NULL_HANDLE;  // colours of the same maps
-  const CastMaps* maps_to_copy_ = nullptr;   // until the next submission
-  TimelinePoint written_;                    // reached when the GPU has written the maps
-  bool is_new_cast_ = false;                 // no picture of it was submitted
-  bool is_new_input_ = false;                // no picture of it, or of its weights, was submitted
+  VkBuffer named_maps_ = VK_NULL_HANDLE;         // depth of the maps that the descriptors name
+  VkBuffer named_colours_ = VK_NULL_HANDLE;      // colours of the same maps
+  const std::uint32_t* colours_here_ = nullptr;  // these, where the processor lights
+  const CastMaps* maps_to_copy_ = nullptr;       // until the next submission
+  TimelinePoint written_;                        // reached when the GPU has written the maps
+  bool is_new_cast_ = false;                     // no picture of it was submitted
+  bool is_new_input_ = false;                    // no picture of it, or of its weights, was submitted
   bool is_first_of_cast_ = false;
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 
@@ -200,6 +218,7 @@ class LightPass {
 
   CastMaps copies_;
   LightMemory memory_;
+  LightHere here_;
   PassRecorder recorder_;
 };
 

@@ -6,15 +6,18 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "proto/model/picture.hpp"
 #include "renderer/pipelines/descriptor_sets.hpp"
+#include "renderer/shading/surface_shading.hpp"
 
 namespace fanlight {
 
 /// One dispatch of passes 2 and 3. Each waits for the one before it.
 struct LightStep {
   VkPipeline pipeline = VK_NULL_HANDLE;
+  std::optional<shading::Step> here;  ///< where the processor runs it: instead of a pipeline
   std::uint32_t groups_across = 0;
   std::uint32_t groups_down = 1;
   std::uint32_t first_across = 0;  ///< the number of the first group

@@ -8,8 +8,8 @@
 #define FANLIGHT_RENDERER_RAYS_FAN_VOLUME
 #endif
 
-#include "renderer/rays/lanes-inl.h"
 #include "renderer/rays/ray_caster.hpp"
+#include "renderer/rays/ray_lanes-inl.h"
 #include "shaders/bindings.h"
 
 HWY_BEFORE_NAMESPACE();

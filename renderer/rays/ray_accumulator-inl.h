@@ -7,7 +7,7 @@
 #define FANLIGHT_RENDERER_RAYS_RAY_ACCUMULATOR
 #endif
 
-#include "renderer/rays/lanes-inl.h"
+#include "renderer/rays/ray_lanes-inl.h"
 #include "shaders/bindings.h"
 
 HWY_BEFORE_NAMESPACE();

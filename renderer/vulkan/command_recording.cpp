@@ -55,6 +55,12 @@ void pass_barrier(VkCommandBuffer commands) {
           VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
 }
 
+void host_barrier(VkCommandBuffer commands) {
+  barrier(commands, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+          VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
+          VK_ACCESS_2_HOST_READ_BIT | VK_ACCESS_2_HOST_WRITE_BIT);
+}
+
 void copy_to_image(VkCommandBuffer commands, const GpuBuffer& from, const GpuImage& to,
                    const SliceCopy& copy) {
   image_barrier(commands, to.get(),

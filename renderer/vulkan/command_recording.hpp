@@ -24,6 +24,9 @@ void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from_stage, VkAcces
 /// Makes writes of a compute shader visible to the next one.
 void pass_barrier(VkCommandBuffer commands);
 
+/// Makes writes of compute shaders and copies visible to the processor, which may write there itself.
+void host_barrier(VkCommandBuffer commands);
+
 /// Some slices of a texture, to be copied from a buffer that holds all of them.
 struct SliceCopy {
   std::uint32_t row_texels = 0;  ///< row pitch in the buffer

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of rays: a lane is a ray. Included once for each instruction set, by ray_caster.cpp.
-#if defined(FANLIGHT_RENDERER_RAYS_LANES) == defined(HWY_TARGET_TOGGLE)
-#ifdef FANLIGHT_RENDERER_RAYS_LANES
-#undef FANLIGHT_RENDERER_RAYS_LANES
+// Vectors of numbers: a lane is a ray or a pixel. Included once for each instruction set, by the files that
+// Highway compiles several times.
+#if defined(FANLIGHT_RENDERER_LANES_LANES) == defined(HWY_TARGET_TOGGLE)
+#ifdef FANLIGHT_RENDERER_LANES_LANES
+#undef FANLIGHT_RENDERER_LANES_LANES
 #else
-#define FANLIGHT_RENDERER_RAYS_LANES
+#define FANLIGHT_RENDERER_LANES_LANES
 #endif
 
 #include <hwy/highway.h>
@@ -14,7 +15,7 @@
 #include "shaders/vector_types.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace fanlight::ray_caster::HWY_NAMESPACE {
+namespace fanlight::lanes::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -89,7 +90,7 @@ HWY_INLINE Integers whole(Floats value) {
   return hn::BitCast(kIntegers, bits - hn::Set(kWords, 0x4B000000U));
 }
 
-// A point or a direction in the transducer frame.
+// A point, a direction or a colour.
 struct Point {
   Floats x;
   Floats y;
@@ -109,20 +110,20 @@ HWY_INLINE Point cross(const Point& a, const Point& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// An interval of a ray, mm of depth. last < first: empty.
-struct Interval {
-  Floats first;
-  Floats last;
-};
-// Clips an interval to a + b t >= 0.
-HWY_INLINE Interval cut(Interval part, Floats a, Floats b) {
-  const Floats at = negative(a) / b;
-  const Mask ahead = hn::Gt(b, zero());
-  const Mask behind = hn::Lt(b, zero());
-  const Mask outside = hn::AndNot(hn::Or(ahead, behind), hn::Lt(a, zero()));
-  const Floats first = where(ahead, hn::Max(part.first, at), part.first);
-  const Floats last = where(behind, hn::Min(part.last, at), part.last);
-  return {where(outside, all(1.0F), first), where(outside, zero(), last)};
+HWY_INLINE Floats length_of(const Point& vector) {
+  return hn::Sqrt(dot(vector, vector));
+}
+HWY_INLINE Point scaled(const Point& vector, Floats by) {
+  return {vector.x * by, vector.y * by, vector.z * by};
+}
+HWY_INLINE Point difference(const Point& to, const Point& from) {
+  return {to.x - from.x, to.y - from.y, to.z - from.z};
+}
+HWY_INLINE Point normalised(const Point& vector) {
+  return scaled(vector, all(1.0F) / length_of(vector));
+}
+HWY_INLINE Point where(Mask mask, const Point& yes, const Point& no) {
+  return {where(mask, yes.x, no.x), where(mask, yes.y, no.y), where(mask, yes.z, no.z)};
 }
 
 // Two neighbouring words of memory for each lane.
@@ -148,6 +149,6 @@ HWY_INLINE WordPairs gathered_pairs(const void* words, Integers index) {
 #endif
 }
 
-}  // namespace fanlight::ray_caster::HWY_NAMESPACE
+}  // namespace fanlight::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "shaders/light_parameters.h"
+#include "shaders/map_totals.h"
+
+/// The light of pass 2 and pass 3 on a processor: the same pictures as light.comp and its neighbours, which
+/// GPUs run, and processors where is_fast() is false. Compiled for several instruction sets by Highway; a
+/// vector of neighbouring pixels is lit at a time (decision renderer/018).
+///
+/// A picture differs from the shaders' by one level of 255 at most, where a value lies between two. It is the
+/// same on all instruction sets.
+namespace fanlight::shading {
+
+/// Whether the processor gathers words: a shadow ray does at each of its steps.
+bool is_fast();
+
+/// In the order in which they run.
+enum class Step : std::uint8_t {
+  kSoftLight,       ///< soft_light.comp: the first two maps of soft_light.h
+  kScatterRows,     ///< scatter.comp: from the second map to the third
+  kScatterColumns,  ///< and back
+  kLight,           ///< light.comp: the lit picture
+  kOutline,         ///< outline.comp: from one picture to the other
+  kDiffuse,         ///< diffuse.comp: likewise
+  kFinish,          ///< finish.comp: the finished picture
+};
+
+/// The specialisation constants of the shaders.
+struct Method {
+  bool perspective = false;
+  bool soft_shadows = true;
+  bool soft_light = false;
+  bool operator==(const Method&) const = default;
+};
+
+/// The maps of a LightPass, as the shaders' buffers of these names. Borrowed.
+struct Memory {
+  const shaders::LightParameters* lighting = nullptr;
+  const shaders::MapTotals* totals = nullptr;
+  const float* smooth_depth = nullptr;
+  const std::uint32_t* volume_colour = nullptr;
+  const std::uint32_t* cleanup_tiles = nullptr;
+  std::uint32_t* soft_lights = nullptr;  ///< two words a place: half floats (shaders/soft_light.h)
+  std::uint32_t* from = nullptr;         ///< the picture that the step reads: two words a pixel, half floats
+  std::uint32_t* to = nullptr;           ///< the picture that it writes
+  std::uint32_t* finished = nullptr;     ///< packed RGBA8 a pixel
+};
+
+/// A rectangle of pixels, or of places of 2 x 2 pixels; `right` and `bottom` are not in it.
+struct Part {
+  int left = 0;
+  int top = 0;
+  int right = 0;
+  int bottom = 0;
+};
+
+/// Runs a step in a part of the picture. Several threads may run a step in different parts at the same time;
+/// a step needs all of those before it. Does not allocate or lock.
+void run(Step step, const Method& method, const Memory& memory, const Part& part);
+
+}  // namespace fanlight::shading
