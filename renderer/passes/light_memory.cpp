@@ -15,7 +15,7 @@
 namespace fanlight {
 
 Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, BufferPlace steady_place,
-                                        BufferPlace lit_place) {
+                                        BufferPlace usual_place) {
   LightMemory made;
   const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
   const std::uint64_t tiles = std::uint64_t{groups(size.width, kTileSide)} * groups(size.height, kTileSide);
@@ -28,15 +28,15 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
       {"steady_parameters", &made.steady_parameters, sizeof(shaders::SteadyParameters),
        VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, BufferPlace::kToGpu},
       {"steady", &made.steady, pixels * sizeof(glm::vec2), kFilled | kRead, steady_place},
-      {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage},
-      {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage, lit_place},
-      {"filled", &made.filled, pixels * sizeof(float), kStorage},
-      {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage},
+      {"tile_depths", &made.tile_depths, tiles * sizeof(glm::vec2), kStorage, usual_place},
+      {"uneven", &made.uneven, tiles * sizeof(std::uint32_t), kStorage, usual_place},
+      {"filled", &made.filled, pixels * sizeof(float), kStorage, usual_place},
+      {"weights", &made.weights, pixels * sizeof(std::uint32_t), kStorage, usual_place},
       {"row_sums", &made.row_sums, std::max(pixels * sizeof(glm::uvec2), sizeof(shaders::MapAlignment)),
-       kStorage, lit_place},
-      {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead, lit_place},
-      {"map_totals", &made.map_totals, sizeof(shaders::MapTotals), kFilled | kRead, lit_place},
-      {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage, lit_place},
+       kStorage, usual_place},
+      {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead, usual_place},
+      {"map_totals", &made.map_totals, sizeof(shaders::MapTotals), kFilled | kRead, usual_place},
+      {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage, usual_place},
       {"finished", &made.finished, pixels * sizeof(std::uint32_t), kRead},
       {"read_back", &made.read_back, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
        BufferPlace::kFromGpu},

@@ -11,11 +11,11 @@ namespace fanlight {
 /// The memory of a LightPass besides its input: parameters, and the maps that each step writes for the next
 /// one. Maps: height x width, top row first. Tiles: 8 x 8 pixels, numbered along the rows of tiles.
 struct LightMemory {
-  /// `steady_place`: kDevice, or kFromGpu where the host copies that map to another device. `lit_place`: of
+  /// `steady_place`: kDevice, or kFromGpu where the host copies that map to another device. `usual_place`: of
   /// what the light reads and writes: kDevice, or kFromGpu where the processor lights. Error: no memory on
   /// the GPU.
   static Result<LightMemory> create(const Gpu& gpu, PictureSize size, BufferPlace steady_place,
-                                    BufferPlace lit_place);
+                                    BufferPlace usual_place);
 
   void write_to(const DescriptorSets& descriptors) const;
 

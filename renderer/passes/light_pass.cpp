@@ -24,13 +24,6 @@ constexpr float kFarthestMm = FANLIGHT_MAX_DEPTH;
 // Other work waits for one piece: of a view that pauses the main view, else a changed light.
 constexpr double kPieceMs = 4;
 
-/// The descriptor set after that many steps of pass 3: each step reads the picture that the step before
-/// wrote.
-DescriptorSets::Order order_after(int steps) {
-  using Order = DescriptorSets::Order;
-  return steps % 2 == 0 ? Order::kLitToDiffused : Order::kDiffusedToLit;
-}
-
 /// A dispatch over lines, tiles or columns from `first` to `end` - 1, and those that share its first and last
 /// groups.
 LightStep on_lines(VkPipeline pipeline, int first, int end) {
@@ -63,10 +56,9 @@ int diffusion_steps(const Scene& scene) {
 Result<LightPass> LightPass::create(const PassDevice& device, const Config& config) {
   LightPass made(config);
   const bool by_host = config.copies == Copies::kByHost;
-  const bool here = config.workers != nullptr;
-  const auto usual_place = here ? BufferPlace::kFromGpu : BufferPlace::kDevice;
+  const auto usual_place = config.workers != nullptr ? BufferPlace::kFromGpu : BufferPlace::kDevice;
   auto memory = LightMemory::create(*device.gpu, config.largest,
-                                    by_host ? BufferPlace::kFromGpu : BufferPlace::kDevice, usual_place);
+                                    by_host ? BufferPlace::kFromGpu : usual_place, usual_place);
   if (!memory) return memory.error();
   made.memory_ = std::move(*memory);
   if (config.copies != Copies::kNone) {
@@ -98,11 +90,12 @@ void LightPass::name_maps(const CastMaps& maps) {
   if (std::exchange(named_maps_, maps.depth.get()) != maps.depth.get())
     maps.write_to(recorder_.descriptors());
   named_colours_ = maps.colour.get();
-  if (here_.on()) colours_here_ = &maps.colour.mapped_as<std::uint32_t>();
+  if (here_.on()) here_.read(maps);
 }
 
 void LightPass::read(const CastPass& cast) {
   maps_to_copy_ = nullptr;
+  awaits_maps_ = here_.on();
   written_ = cast.maps_written();
   name_maps(cast.maps());
   take(cast);
@@ -113,6 +106,7 @@ void LightPass::copy(const CastPass& cast) {
   if (take(cast) == Change::kNone) return;
   written_ = cast.maps_written();
   maps_to_copy_ = &cast.maps();
+  awaits_maps_ = here_.on();
 }
 
 void LightPass::copy_by_host(const CastPass& cast) {
@@ -207,6 +201,10 @@ int LightPass::take_earlier(const Scene& scene, const Earlier& earlier, const Se
 
 /// The steps of the temporal filter.
 Result<void> LightPass::add_steady_steps() {
+  if (here_.on() && maps_due_.temporal == FANLIGHT_TEMPORAL_ALONE) {
+    here_.add_step(steps_, shading::Step::kTake, regions_.changed, size_);
+    return {};
+  }
   Pipelines& pipelines = recorder_.pipelines();
   const bool averages = maps_due_.temporal == FANLIGHT_TEMPORAL_STEADY;
   const auto now_cells = pipelines.get(map_cells_key(false));
@@ -230,6 +228,10 @@ Result<void> LightPass::add_steady_steps() {
 Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
   if (auto added = add_steady_steps(); !added) return added;
   steady_steps_ = steps_.count();
+  if (here_.on()) {
+    here_.add_filter_steps(steps_, keys, regions_, size_);
+    return {};
+  }
   Pipelines& pipelines = recorder_.pipelines();
   auto rows = pipelines.get(keys.filter_rows);
   if (!rows) return rows.error();
@@ -254,52 +256,50 @@ Result<void> LightPass::add_filter_steps(const LightKeys& keys) {
   return {};
 }
 
-/// A step of the light or of pass 3, which runs nowhere yet.
-Result<LightStep> LightPass::step_of(const PipelineKey& key, shading::Step step) const {
-  if (here_.on()) return LightStep{.here = step};
-  const auto pipeline = recorder_.pipelines().get(key);
-  if (!pipeline) return pipeline.error();
-  return LightStep{.pipeline = *pipeline};
+/// Another number of steps of the light takes another time.
+void LightPass::note_light_steps() {
+  const std::size_t light_steps = steps_.count_of(Stage::kLight);
+  if (light_steps != measured_light_steps_) step_ms_[static_cast<std::size_t>(Stage::kLight)] = 0;
+  measured_light_steps_ = light_steps;
 }
 
 /// The steps of the light and of pass 3.
 Result<void> LightPass::add_light_steps(const LightKeys& keys, const Scene& scene) {
-  using shading::Step;
-  const std::pair<std::optional<PipelineKey>, Step> soft_steps[] = {
-      {keys.soft_light, Step::kSoftLight},
-      {keys.scatter_rows, Step::kScatterRows},
-      {keys.scatter_columns, Step::kScatterColumns}};
-  for (const auto& [key, number] : soft_steps) {
-    if (!key) continue;
-    auto step = step_of(*key, number);
-    if (!step) return step.error();
-    // Of half the picture's width and height.
-    step->groups_across = groups(size_.width, 2 * kTileSide);
-    step->groups_down = groups(size_.height, 2 * kTileSide);
-    step->stage = Stage::kLight;
-    steps_.add(*step);
+  if (here_.on()) {
+    here_.add_light_steps(steps_, keys, regions_,
+                          {.size = size_,
+                           .outlines = maps_due_.parameters.outline_radius > 0,
+                           .diffusion_steps = diffusion_steps(scene)});
+    note_light_steps();
+    return {};
   }
-  const auto lit = step_of(keys.light, Step::kLight);
+  Pipelines& pipelines = recorder_.pipelines();
+  // Of half the picture's width and height.
+  for (const auto& key : {keys.soft_light, keys.scatter_rows, keys.scatter_columns}) {
+    if (!key) continue;
+    const auto pipeline = pipelines.get(*key);
+    if (!pipeline) return pipeline.error();
+    steps_.add({.pipeline = *pipeline,
+                .groups_across = groups(size_.width, 2 * kTileSide),
+                .groups_down = groups(size_.height, 2 * kTileSide),
+                .stage = Stage::kLight});
+  }
+  const auto lit = pipelines.get(keys.light);
   if (!lit) return lit.error();
-  LightStep light_step = on_tiles(lit->pipeline, regions_.lit);
-  light_step.here = lit->here;
+  LightStep light_step = on_tiles(*lit, regions_.lit);
   light_step.stage = Stage::kLight;
   steps_.add(light_step);
-  const std::size_t light_steps = steps_.count_of(Stage::kLight);
-  if (light_steps != measured_light_steps_) step_ms_[static_cast<std::size_t>(Stage::kLight)] = 0;
-  measured_light_steps_ = light_steps;
+  note_light_steps();
   int done = 0;
-  const auto add = [&](Shader shader, Step number, const PixelRect& part) {
-    LightStep step = on_tiles(here_.on() ? VK_NULL_HANDLE : recorder_.pipelines().fixed(shader), part);
-    if (here_.on()) step.here = number;
+  const auto add = [&](Shader shader, const PixelRect& part) {
+    LightStep step = on_tiles(pipelines.fixed(shader), part);
     step.stage = Stage::kFinish;
-    step.order = order_after(done++);
+    step.order = LightSteps::order_after(done++);
     steps_.add(step);
   };
-  if (maps_due_.parameters.outline_radius > 0) add(Shader::kOutline, Step::kOutline, regions_.outlined);
-  for (int step = 0; step < diffusion_steps(scene); ++step)
-    add(Shader::kDiffuse, Step::kDiffuse, regions_.finished);
-  add(Shader::kFinish, Step::kFinish, regions_.finished);
+  if (maps_due_.parameters.outline_radius > 0) add(Shader::kOutline, regions_.outlined);
+  for (int step = 0; step < diffusion_steps(scene); ++step) add(Shader::kDiffuse, regions_.finished);
+  add(Shader::kFinish, regions_.finished);
   return {};
 }
 
@@ -451,10 +451,7 @@ Result<void> LightPass::submit(std::size_t end_step) {
   if (auto submitted = recorder_.submit(recorder_.gpu().light_queue(), written_); !submitted)
     return submitted;
   maps_to_copy_ = nullptr;
-  if (steps_.next() == 0 && steady_steps_ > 0) {
-    new_frames_ = new_frames_due_;
-    filtered_temporal_ = maps_due_.temporal;
-  }
+  awaits_maps_ = false;
   note_submitted(end_step);
   return {};
 }
@@ -462,16 +459,20 @@ Result<void> LightPass::submit(std::size_t end_step) {
 /// Runs the steps before end_step that were not run yet on the processor, and after the last one the
 /// read-back.
 void LightPass::light_here(std::size_t end_step) {
-  here_.run(steps_, steps_.next(), end_step, memory_, colours_here_, size_);
+  here_.run(steps_, steps_.next(), end_step, memory_);
   if (end_step == steps_.count()) {
     // Not again for a light that moved. A copy by the host is read where it is.
     const bool new_colours = is_new_input_ && config_.copies != Copies::kByHost;
-    here_.read_back(memory_, new_colours ? colours_here_ : nullptr, size_);
+    here_.read_back(memory_, size_, new_colours);
   }
   note_submitted(end_step);
 }
 
 void LightPass::note_submitted(std::size_t end_step) {
+  if (steps_.next() == 0 && end_step > 0 && steady_steps_ > 0) {
+    new_frames_ = new_frames_due_;
+    filtered_temporal_ = maps_due_.temporal;
+  }
   steps_.submit_until(end_step);
   if (!steps_.submitted()) return;
   // Only now: after an error, or where the picture was given up, the next one does all of it.
@@ -542,7 +543,10 @@ double LightPass::mean_volumes() const {
 std::array<StageSpan, kStages> LightPass::stage_spans() const {
   auto spans = recorder_.stage_spans();
   for (std::size_t stage = 0; stage < kStages; ++stage) {
-    if (here_.spans()[stage].begin_ns != 0) spans[stage] = here_.spans()[stage];
+    const StageSpan& here = here_.spans()[stage];
+    if (here.begin_ns == 0) continue;
+    if (spans[stage].begin_ns == 0) spans[stage].begin_ns = here.begin_ns;
+    spans[stage].end_ns = here.end_ns;
   }
   return spans;
 }
@@ -556,8 +560,8 @@ std::array<double, kStages> LightPass::stage_ms() const {
 Result<void> LightPass::submit_next() {
   const Stage next = steps_[steps_.next()].stage;
   const bool here = is_here(steps_.next());
-  // The processor reads the copy.
-  if (here && maps_to_copy_ != nullptr) return submit(steps_.next());
+  // The processor reads maps that the GPU writes or copies.
+  if (here && awaits_maps_) return submit(steps_.next());
   // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
   if (config_.copies == Copies::kByHost && next != Stage::kFilter) {
     if (!here) return submit_all();
@@ -569,7 +573,11 @@ Result<void> LightPass::submit_next() {
   const double whole_ms = known_ms > 0 ? known_ms : kPieceMs;
   const double share = static_cast<double>(regions_.smooth.pixels()) / static_cast<double>(pixels());
   const double step_ms = next == Stage::kFilter ? share * whole_ms : whole_ms;
-  const std::size_t end = std::max(steps_.end_of_piece(step_ms, kPieceMs), steady_steps_);
+  std::size_t end = std::max(steps_.end_of_piece(step_ms, kPieceMs), steady_steps_);
+  // One piece is the GPU's or the processor's.
+  for (std::size_t step = steps_.next(); step < end; ++step) {
+    if (is_here(step) != here) end = step;
+  }
   if (!here) return submit(end);
   light_here(end);
   return {};

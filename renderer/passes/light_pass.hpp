@@ -41,8 +41,8 @@ class LightPass {
     /// is less than half of it.
     enum class Copies : std::uint8_t { kNone, kOnDevice, kByHost } copies = Copies::kNone;
     bool pauses = false;  ///< as PassRecorder::Config
-    /// They run all after the filter; then the pass's device is this processor, and pieces are submitted one
-    /// by one. Null: the GPU does.
+    /// They run all but the temporal filter of several volumes and the seam; then the pass's device is this
+    /// processor, and pieces are submitted one by one. Null: the GPU does.
     RenderWorkers* workers = nullptr;
   };
 
@@ -150,7 +150,7 @@ class LightPass {
   Result<void> add_filter_steps(const LightKeys& keys);
   Result<void> add_light_steps(const LightKeys& keys, const Scene& scene);
   bool is_here(std::size_t step) const { return step < steps_.count() && steps_[step].here.has_value(); }
-  Result<LightStep> step_of(const PipelineKey& key, shading::Step step) const;
+  void note_light_steps();
   Result<void> submit(std::size_t end_step);
   void light_here(std::size_t end_step);
   void note_submitted(std::size_t end_step);
@@ -170,13 +170,13 @@ class LightPass {
   };
   Input input_;
   double farthest_mm_ = 0;
-  VkBuffer named_maps_ = VK_NULL_HANDLE;         // depth of the maps that the descriptors name
-  VkBuffer named_colours_ = VK_NULL_HANDLE;      // colours of the same maps
-  const std::uint32_t* colours_here_ = nullptr;  // these, where the processor lights
-  const CastMaps* maps_to_copy_ = nullptr;       // until the next submission
-  TimelinePoint written_;                        // reached when the GPU has written the maps
-  bool is_new_cast_ = false;                     // no picture of it was submitted
-  bool is_new_input_ = false;                    // no picture of it, or of its weights, was submitted
+  VkBuffer named_maps_ = VK_NULL_HANDLE;     // depth of the maps that the descriptors name
+  VkBuffer named_colours_ = VK_NULL_HANDLE;  // colours of the same maps
+  const CastMaps* maps_to_copy_ = nullptr;   // until the next submission
+  bool awaits_maps_ = false;   // the processor lights, and the GPU may not have written them yet
+  TimelinePoint written_;      // reached when the GPU has written the maps
+  bool is_new_cast_ = false;   // no picture of it was submitted
+  bool is_new_input_ = false;  // no picture of it, or of its weights, was submitted
   bool is_first_of_cast_ = false;
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 

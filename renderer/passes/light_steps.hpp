@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "proto/model/picture.hpp"
+#include "renderer/passes/pixel_rect.hpp"
 #include "renderer/pipelines/descriptor_sets.hpp"
 #include "renderer/shading/surface_shading.hpp"
 
@@ -17,7 +18,8 @@ namespace fanlight {
 /// One dispatch of passes 2 and 3. Each waits for the one before it.
 struct LightStep {
   VkPipeline pipeline = VK_NULL_HANDLE;
-  std::optional<shading::Step> here;  ///< where the processor runs it: instead of a pipeline
+  std::optional<shading::Step> here;  ///< where the processor runs it: instead of a pipeline,
+  PixelRect part;                     ///< in this part of the picture, or of the map of soft light
   std::uint32_t groups_across = 0;
   std::uint32_t groups_down = 1;
   std::uint32_t first_across = 0;  ///< the number of the first group
@@ -33,6 +35,12 @@ class LightSteps {
   static constexpr std::size_t kMostFilterSteps = 13;
   static constexpr std::size_t kMostLightSteps = 4;
   static constexpr std::size_t kMostDiffusionSteps = 30;  // of finish.iterations
+
+  /// The descriptor set after that many steps of pass 3: each reads the picture that the one before wrote.
+  static DescriptorSets::Order order_after(int steps) {
+    using Order = DescriptorSets::Order;
+    return steps % 2 == 0 ? Order::kLitToDiffused : Order::kDiffusedToLit;
+  }
 
   void clear() { count_ = next_ = 0; }
   void add(const LightStep& step) { steps_.at(count_++) = step; }

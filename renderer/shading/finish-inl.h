@@ -15,7 +15,6 @@ HWY_BEFORE_NAMESPACE();
 namespace fanlight::shading::HWY_NAMESPACE {
 
 constexpr float kDiffusionStep = 0.2F;
-constexpr auto kMostDepth = static_cast<float>(FANLIGHT_MAX_DEPTH);
 
 HWY_INLINE Floats brightness(const Point& colour) {
   return all(0.2126F) * colour.x + all(0.7152F) * colour.y + all(0.0722F) * colour.z;

@@ -18,6 +18,7 @@ namespace fanlight::shading::HWY_NAMESPACE {
 constexpr float kShadowBias = 1.5F;
 constexpr float kShadowReach = 1000.0F;
 constexpr auto kNoSurface = static_cast<float>(FANLIGHT_NO_SURFACE);
+constexpr auto kMostDepth = static_cast<float>(FANLIGHT_MAX_DEPTH);
 
 // Places in the picture: whole numbers, or parts of pixels.
 struct Pixels {

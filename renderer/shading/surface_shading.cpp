@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "shaders/bindings.h"
 
@@ -16,16 +17,59 @@
 #include <hwy/highway.h>
 
 #include "renderer/shading/finish-inl.h"
+#include "renderer/shading/map_filter-inl.h"
 #include "renderer/shading/shade-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fanlight::shading::HWY_NAMESPACE {
 
-constexpr int kTileSide = 8;
+// Half of a window of the depth filter, and more.
+constexpr int kMostRadius = 128;
 
 SurfaceMap map_of(const Method& method, const Memory& memory) {
   return {*memory.lighting, method.perspective, method.soft_shadows, memory.smooth_depth,
           std::bit_cast<float>(memory.totals->min_depth)};
+}
+
+// What one step of the filter does with a run of pixels.
+using FilterRun = void (MapFilter::*)(int column, int row, int count) const;
+
+void filter_runs(const Memory& memory, const Part& part, FilterRun run) {
+  const MapFilter filter(memory);
+  for (int row = part.top; row < part.bottom; ++row) {
+    for (int column = part.left; column < part.right; column += kRun)
+      (filter.*run)(column, row, part.right - column);
+  }
+}
+
+void filter_tiles(const Memory& memory, const Part& part, bool marks) {
+  const MapFilter filter(memory);
+  for (int tile_row = part.top / kTileSide; tile_row < (part.bottom + kTileSide - 1) / kTileSide;
+       ++tile_row) {
+    if (marks) {
+      filter.mark_tiles(tile_row);
+    } else {
+      filter.find_tile_depths(tile_row);
+    }
+  }
+}
+
+void smooth(const Method& method, const Memory& memory, const Part& part, bool columns) {
+  const MapFilter filter(memory);
+  float shares[kMostRadius];
+  for (int distance = 0; distance <= std::min(memory.lighting->filter_radius, kMostRadius - 1); ++distance)
+    shares[distance] = std::exp(static_cast<float>(-distance * distance) * memory.lighting->filter_fall);
+  for (int row = part.top; row < part.bottom; ++row) {
+    for (int column = part.left; column < part.right; column += kRun)
+      filter.smooth(column, row, part.right - column, columns, method.keeps_edges, shares);
+  }
+}
+
+void average(const Memory& memory, const Part& part, bool columns) {
+  const MapFilter filter(memory);
+  for (int row = part.top; row < part.bottom && !columns; ++row) filter.sum_row(row);
+  for (int column = part.left; column < part.right && columns; column += kRun)
+    filter.average_columns(column, part.right - column);
 }
 
 void light_softly(const Method& method, const Memory& memory, const Part& part) {
@@ -64,18 +108,6 @@ void light(const Method& method, const Memory& memory, const Part& part) {
   }
 }
 
-// The pixels of a run whose tiles may have an outline.
-HWY_INLINE Mask may_have_outline(const Memory& memory, int column, int row) {
-  const int width = static_cast<int>(memory.lighting->width);
-  const int tiles_across = (width + kTileSide - 1) / kTileSide;
-  const std::uint32_t* const tiles = memory.cleanup_tiles + static_cast<std::size_t>(row / kTileSide) *
-                                                                static_cast<std::size_t>(tiles_across);
-  LaneFloats lanes;
-  for (int lane = 0; lane < kRun; ++lane)
-    lanes.lane[lane] = column + lane < width && tiles[(column + lane) / kTileSide] != 0 ? 1.0F : 0.0F;
-  return hn::Gt(loaded(lanes), zero());
-}
-
 void outline(const Method& method, const Memory& memory, const Part& part) {
   const SurfaceMap map = map_of(method, memory);
   const LitPicture lit(*memory.lighting, memory.from);
@@ -86,7 +118,7 @@ void outline(const Method& method, const Memory& memory, const Part& part) {
       const bool in_rows = map.has_view() && map.row_in_view(row);
       Mask wanted = none();
       if (in_rows)
-        wanted = hn::And(may_have_outline(memory, column, row), map.in_view(pixels_from(column, row)));
+        wanted = hn::And(tile_is_marked(memory, column, row), map.in_view(pixels_from(column, row)));
       const WordPairs words =
           is_empty(wanted) ? lit.words_from(column, row) : outline.outlined(column, row, wanted);
       to.write(words, column, row, part.right - column);
@@ -115,6 +147,27 @@ void finish(const Memory& memory, const Part& part) {
 
 void run(Step step, const Method& method, const Memory& memory, const Part& part) {
   switch (step) {
+    case Step::kTake:
+      return filter_runs(memory, part, &MapFilter::take);
+    case Step::kTileDepths:
+      return filter_tiles(memory, part, false);
+    case Step::kCleanupTiles:
+      return filter_tiles(memory, part, true);
+    case Step::kIslands:
+      return filter_runs(memory, part, &MapFilter::clean);
+    case Step::kHoles:
+      return filter_runs(memory, part, &MapFilter::fill);
+    case Step::kMeanRows:
+      return average(memory, part, false);
+    case Step::kMeanColumns:
+      return average(memory, part, true);
+    case Step::kSmoothRows:
+      return smooth(method, memory, part, false);
+    case Step::kSmoothColumns:
+      return smooth(method, memory, part, true);
+    case Step::kTotals:
+      *memory.totals = MapFilter(memory).totals();
+      return;
     case Step::kSoftLight:
       return light_softly(method, memory, part);
     case Step::kScatterRows:

@@ -6,8 +6,9 @@
 #include "shaders/light_parameters.h"
 #include "shaders/map_totals.h"
 
-/// The light of pass 2 and pass 3 on a processor: the same pictures as light.comp and its neighbours, which
-/// GPUs run, and processors where is_fast() is false. Compiled for several instruction sets by Highway; a
+/// Passes 2 and 3 on a processor: the same pictures as temporal.comp to finish.comp (shaders/passes.inc),
+/// which GPUs run, and processors where is_fast() is false. The temporal filter of several volumes, and the
+/// seam of a rolling sweep, are the shaders' everywhere. Compiled for several instruction sets by Highway; a
 /// vector of neighbouring pixels is lit at a time (decision renderer/018).
 ///
 /// A picture differs from the shaders' by one level of 255 at most, where a value lies between two. It is the
@@ -19,6 +20,16 @@ bool is_fast();
 
 /// In the order in which they run.
 enum class Step : std::uint8_t {
+  kTake,            ///< temporal.comp for a volume alone
+  kTileDepths,      ///< tile_depth_range.comp
+  kCleanupTiles,    ///< cleanup_tiles.comp
+  kIslands,         ///< islands.comp
+  kHoles,           ///< holes.comp
+  kMeanRows,        ///< mean_rows.comp
+  kMeanColumns,     ///< mean_columns.comp
+  kSmoothRows,      ///< smooth.comp
+  kSmoothColumns,   ///< likewise
+  kTotals,          ///< map_totals.comp: in one piece
   kSoftLight,       ///< soft_light.comp: the first two maps of soft_light.h
   kScatterRows,     ///< scatter.comp: from the second map to the third
   kScatterColumns,  ///< and back
@@ -33,16 +44,23 @@ struct Method {
   bool perspective = false;
   bool soft_shadows = true;
   bool soft_light = false;
-  bool operator==(const Method&) const = default;
+  bool keeps_edges = false;  ///< of the smoothing filter
 };
 
 /// The maps of a LightPass, as the shaders' buffers of these names. Borrowed.
 struct Memory {
   const shaders::LightParameters* lighting = nullptr;
-  const shaders::MapTotals* totals = nullptr;
-  const float* smooth_depth = nullptr;
+  const float* volume_depth = nullptr;
+  const float* confidence = nullptr;
   const std::uint32_t* volume_colour = nullptr;
-  const std::uint32_t* cleanup_tiles = nullptr;
+  std::uint32_t* steady = nullptr;  ///< two floats a pixel
+  float* tile_depths = nullptr;     ///< two a tile
+  std::uint32_t* cleanup_tiles = nullptr;
+  float* filled = nullptr;
+  std::uint32_t* weights = nullptr;
+  std::uint32_t* row_sums = nullptr;  ///< two words a pixel
+  float* smooth_depth = nullptr;      ///< before, the map without islands
+  shaders::MapTotals* totals = nullptr;
   std::uint32_t* soft_lights = nullptr;  ///< two words a place: half floats (shaders/soft_light.h)
   std::uint32_t* from = nullptr;         ///< the picture that the step reads: two words a pixel, half floats
   std::uint32_t* to = nullptr;           ///< the picture that it writes
