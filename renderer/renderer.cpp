@@ -318,7 +318,7 @@ bool Renderer::collect(Picture& picture) {
     shown_volume_id_ = state.stamp.volume.volume_id;
     state.stamp.picture_id = ++pictures_;
     state.stamp.stage_ms = stage_ms;
-    state.stamp.passes_overlap = !on_one_device();
+    state.stamp.passes_overlap = !on_one_device() && !state.slot.lights_here();
     state.stamp.finished_time_ns = now_ns();
     counters_.pictures_finished.add();
     state.slot.read_picture(state.stamp, picture);
@@ -423,6 +423,8 @@ Result<void> Renderer::light(SlotState& state) {
   const Scene scene = relit(state.cast_scene.scene, scene_in_force().scene);
   // A private view has asked for weights, and the host may not read them yet: the next call tries again.
   if (!state.slot.maps_are_written()) return {};
+  // The processor would write the map that the GPU reads for the other slot.
+  if (state.slot.lights_here() && slots_[other_than(state)]->slot.light_outstanding() > 0) return {};
   if (!takes_time || !state.slot.weights_due(scene) || state.slot.outstanding() > 0)
     return submit_light(state);
   // A private view still reads the weights that this would overwrite.

@@ -282,8 +282,7 @@ class Renderer {
   Result<void> observe();
   bool works_here() const {
     return std::ranges::any_of(slots_, [](const auto& state) {
-      return (state->phase == WorkPhase::kCasting && state->slot.works_here()) ||
-             (state->phase == WorkPhase::kLighting && state->slot.lights_here());
+      return state->phase == WorkPhase::kCasting && state->slot.works_here();
     });
   }
   Result<void> known_fault() const {

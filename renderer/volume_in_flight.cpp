@@ -33,10 +33,10 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   auto light = LightPass::create(light_device == nullptr ? device_ : *light_device,
                                  {.largest = config_.largest,
                                   .copies = on_one_device_ ? Copies::kNone : Copies::kByHost,
-                                  .workers = on_one_device_ ? nullptr : config_.ray_workers});
+                                  .workers = config_.ray_workers});
   if (!light) return light.error();
   light_ = std::move(*light);
-  if (on_one_device_) return {};
+  if (on_one_device_ && !light_.lights_here()) return {};
   auto steady = GpuBuffer::create(*device_.gpu, "steady copy", light_.steady().bytes(),
                                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu);
   if (!steady) return steady.error();
@@ -61,7 +61,7 @@ Result<void> VolumeInFlight::light(const Scene& scene, const Earlier& earlier, c
             .frame_step_rad = extent_.frame_step_rad(),
             .motor_radius_mm = geometry_.motor_radius_mm};
   if (auto begun = light_.begin(effective(scene), earlier, seam ? &*seam : nullptr); !begun) return begun;
-  return on_one_device_ ? light_.submit_all() : light_.submit_next();
+  return on_one_device_ && !cast_.casts_here() ? light_.submit_all() : light_.submit_next();
 }
 
 Result<void> VolumeInFlight::light_next_piece(const Scene* changed) {
@@ -96,6 +96,12 @@ std::array<StageSpan, kStages> VolumeInFlight::stage_spans() const {
 std::array<double, kStages> VolumeInFlight::stage_ms() const {
   std::array<double, kStages> ms{};
   std::ranges::transform(stage_spans(), ms.begin(), &StageSpan::ms);
+  // What the processor runs in between for another volume does not count.
+  if (light_.lights_here()) {
+    const auto light_ms = light_.stage_ms();
+    for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish, Stage::kReadBack})
+      ms[static_cast<std::size_t>(stage)] = light_ms[static_cast<std::size_t>(stage)];
+  }
   constexpr auto kFilter = static_cast<std::size_t>(Stage::kFilter);
   if (light_.is_first_of_cast()) ms[kFilter] += cast_.recorder().stage_ms()[kFilter];  // the weights
   return ms;
@@ -108,7 +114,7 @@ Result<DepthMaps> VolumeInFlight::read_depth() {
 }
 
 const GpuBuffer& VolumeInFlight::steady_for_private_views() const {
-  if (on_one_device_) return light_.steady();
+  if (on_one_device_ && !light_.lights_here()) return light_.steady();
   const std::size_t bytes = light_.size().pixels() * sizeof(glm::vec2);
   std::ranges::copy(light_.steady().mapped().first(bytes), steady_copy_.mapped().begin());
   return steady_copy_;

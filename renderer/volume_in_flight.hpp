@@ -136,10 +136,11 @@ class VolumeInFlight {
   bool cast_nearly_submitted() const { return frames_.done() && cast_.nearly_submitted(); }
 
   using Earlier = LightPass::Earlier;
-  /// Submits passes 2 and 3: on one device all, on two the first piece. Precondition: no cast is under way,
-  /// maps_are_written(), and nothing of passes 2 and 3 is outstanding.
-  /// `before`: the view of this slot's last picture, absent where it found the surface elsewhere or there is
-  /// none; where frames were replaced, their surface is blended with it (Scene::Filter::seam_frames).
+  /// Submits passes 2 and 3: on one device all, on two the first piece, or that where the processor runs
+  /// them. Precondition: no cast is under way, maps_are_written(), and nothing of passes 2 and 3 is
+  /// outstanding. `before`: the view of this slot's last picture, absent where it found the surface elsewhere
+  /// or there is none; where frames were replaced, their surface is blended with it
+  /// (Scene::Filter::seam_frames).
   Result<void> light(const Scene& scene, const Earlier& earlier, const Earlier& before);
   /// As LightPass::blends().
   bool blends() const { return light_.blends(); }
@@ -150,8 +151,8 @@ class VolumeInFlight {
   /// Whether light() has submitted all pieces, and whether it has submitted more than the filter.
   bool light_submitted() const { return light_.steps().submitted(); }
   bool light_begun() const { return light_.steps().begun(Stage::kLight); }
-  /// Whether the processor runs the next piece of light(), and can run it now.
-  bool lights_here() const { return light_.works_here(); }
+  /// As LightPass::lights_here().
+  bool lights_here() const { return light_.lights_here(); }
 
   /// On one device always true: the GPU waits.
   bool maps_are_written() const { return on_one_device_ || cast_.maps_are_written(); }

@@ -126,6 +126,25 @@ HWY_INLINE Point where(Mask mask, const Point& yes, const Point& no) {
   return {where(mask, yes.x, no.x), where(mask, yes.y, no.y), where(mask, yes.z, no.z)};
 }
 
+// The bits of floats as words, and back.
+HWY_INLINE Words words_of(Floats values) {
+  return hn::BitCast(kWords, values);
+}
+HWY_INLINE Floats floats_of(Words bits) {
+  return hn::BitCast(kFloats, bits);
+}
+
+// Of whole numbers up to 2^24.
+HWY_INLINE Floats small_number_of(Words words) {
+  return hn::ConvertTo(kFloats, hn::BitCast(kIntegers, words));
+}
+// Of whole numbers up to 2^32 - 1: rounded once.
+HWY_INLINE Floats number_of(Words words) {
+  const Words high = hn::ShiftRight<16>(words);
+  const Words low = hn::And(words, hn::Set(kWords, 0xFFFFU));
+  return small_number_of(high) * all(65536.0F) + small_number_of(low);
+}
+
 // Two neighbouring words of memory for each lane.
 struct WordPairs {
   Words first;

@@ -30,7 +30,7 @@ LightStep here(shading::Step step, const PixelRect& part, const PixelRect& whole
 }
 
 // Rows or columns that one thread computes at a time.
-constexpr int kStrip = kTileSide;
+constexpr int kStrip = kTileSide;  // some steps compute whole rows of tiles
 constexpr int kColumns = 64;
 
 /// A part of what a step computes, for one thread. They are numbered from 0 on.

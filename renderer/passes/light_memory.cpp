@@ -19,6 +19,9 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
   LightMemory made;
   const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
   const std::uint64_t tiles = std::uint64_t{groups(size.width, kTileSide)} * groups(size.height, kTileSide);
+  // Three maps of soft light lie in the memory of the diffusion (shaders/soft_light.h). Pictures of up to 6 x
+  // 6 pixels have no room for them.
+  const std::uint64_t places = std::uint64_t{(size.width + 1) / 2} * ((size.height + 1) / 2);
   constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   constexpr VkBufferUsageFlags kRead = kStorage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
   constexpr VkBufferUsageFlags kFilled = kStorage | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
@@ -36,7 +39,7 @@ Result<LightMemory> LightMemory::create(const Gpu& gpu, PictureSize size, Buffer
        kStorage, usual_place},
       {"smooth_depth", &made.smooth_depth, pixels * sizeof(float), kRead, usual_place},
       {"map_totals", &made.map_totals, sizeof(shaders::MapTotals), kFilled | kRead, usual_place},
-      {"diffused", &made.diffused, pixels * sizeof(glm::uvec2), kStorage, usual_place},
+      {"diffused", &made.diffused, std::max(pixels, 3 * places) * sizeof(glm::uvec2), kStorage, usual_place},
       {"finished", &made.finished, pixels * sizeof(std::uint32_t), kRead},
       {"read_back", &made.read_back, pixels * sizeof(std::uint32_t), VK_BUFFER_USAGE_TRANSFER_DST_BIT,
        BufferPlace::kFromGpu},

@@ -95,8 +95,8 @@ void LightPass::name_maps(const CastMaps& maps) {
 
 void LightPass::read(const CastPass& cast) {
   maps_to_copy_ = nullptr;
-  awaits_maps_ = here_.on();
-  written_ = cast.maps_written();
+  const TimelinePoint written = cast.maps_written();
+  if (written != std::exchange(written_, written)) awaits_maps_ = here_.on();
   name_maps(cast.maps());
   take(cast);
 }
@@ -445,6 +445,7 @@ Result<void> LightPass::submit(std::size_t end_step) {
   record_steps(*commands, end_step);
   if (end_step == steps_.count()) record_read_back(*commands);
   if (here_.on()) {
+    // It ends the filter's time: the processor measures the rest of it.
     if (is_here(end_step) && end_step > steps_.next()) recorder_.stamp(GpuTimestamps::kLightBegin);
     host_barrier(*commands);
   }
@@ -563,7 +564,7 @@ Result<void> LightPass::submit_next() {
   // The processor reads maps that the GPU writes or copies.
   if (here && awaits_maps_) return submit(steps_.next());
   // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
-  if (config_.copies == Copies::kByHost && next != Stage::kFilter) {
+  if (in_pieces() && !config_.pauses && next != Stage::kFilter) {
     if (!here) return submit_all();
     light_here(steps_.count());
     return {};

@@ -84,13 +84,9 @@ class LightPass {
   Result<void> begin(const Scene& scene, const Earlier& earlier, const Seam* seam = nullptr);
 
   /// Submits the next piece, about 4 ms of work; the first one has all that reads the map of follow(), which
-  /// may be written again then, and the last one has the read-back. A piece that the processor runs is done
-  /// at the return. Precondition: as begin().
+  /// the GPU may write again then, and the processor when it is done. The last one has the read-back. A piece
+  /// that the processor runs is done at the return. Precondition: as begin().
   Result<void> submit_next();
-  /// Whether the processor runs the next piece, and can run it now.
-  bool works_here() const {
-    return !steps_.submitted() && is_here(steps_.next()) && recorder_.outstanding() == 0;
-  }
   /// Submits all that is left. Precondition: the GPU does all of it.
   Result<void> submit_all() { return submit(steps_.count()); }
 
@@ -107,6 +103,9 @@ class LightPass {
   bool blends() const { return maps_due_.temporal == FANLIGHT_TEMPORAL_SEAM; }
   /// Whether the picture of the last begin() is the first of its cast.
   bool is_first_of_cast() const { return is_first_of_cast_; }
+
+  /// Whether the processor writes the maps (Config::workers).
+  bool lights_here() const { return here_.on(); }
 
   /// As those of PassRecorder, with what the processor did.
   std::array<StageSpan, kStages> stage_spans() const;
@@ -140,7 +139,7 @@ class LightPass {
   double steady_share() const;
   double mean_volumes() const;
   std::span<const std::uint8_t> colours() const;
-  bool in_pieces() const { return config_.pauses || config_.copies == Config::Copies::kByHost; }
+  bool in_pieces() const { return config_.pauses || config_.copies == Config::Copies::kByHost || here_.on(); }
   void choose_regions(const Scene& scene, int temporal, shaders::LightParameters& parameters);
   PixelRect changed_by_blending(int seam_frames) const;
   void note_changed_part();

@@ -15,7 +15,7 @@
 
 namespace fanlight {
 
-/// One dispatch of passes 2 and 3. Each waits for the one before it.
+/// One step of passes 2 and 3: a dispatch, or work of the processor. Each waits for the one before it.
 struct LightStep {
   VkPipeline pipeline = VK_NULL_HANDLE;
   std::optional<shading::Step> here;  ///< where the processor runs it: instead of a pipeline,

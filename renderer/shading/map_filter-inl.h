@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The filter of the depth map, pass 2: temporal.comp for a volume alone, tile_depth_range.comp,
-// cleanup_tiles.comp, islands.comp, holes.comp, smooth.comp, mean_rows.comp, mean_columns.comp and
-// map_totals.comp for a vector of pixels. See shaders/ for the steps and their reasons.
+// cleanup_tiles.comp, islands.comp, holes.comp and map_totals.comp for a vector of
+// pixels. See shaders/ for the steps and their reasons.
 #if defined(FANLIGHT_RENDERER_SHADING_MAP_FILTER) == defined(HWY_TARGET_TOGGLE)
 #ifdef FANLIGHT_RENDERER_SHADING_MAP_FILTER
 #undef FANLIGHT_RENDERER_SHADING_MAP_FILTER
@@ -10,7 +10,6 @@
 #endif
 
 #include <bit>
-#include <cmath>
 
 #include "renderer/shading/surface_map-inl.h"
 #include "renderer/shading/surface_shading.hpp"
@@ -19,27 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace fanlight::shading::HWY_NAMESPACE {
 
 constexpr int kTileSide = 8;
-constexpr float kMinSpread = 0.02F;
 // A pixel with fewer shows one volume.
 constexpr float kLeastVolumes = 1.3F;
-
-HWY_INLINE Words bits_of(Floats values) {
-  return hn::BitCast(kWords, values);
-}
-HWY_INLINE Floats floats_of(Words bits) {
-  return hn::BitCast(kFloats, bits);
-}
-
-// Of whole numbers up to 2^24.
-HWY_INLINE Floats small_number_of(Words words) {
-  return hn::ConvertTo(kFloats, hn::BitCast(kIntegers, words));
-}
-// Of whole numbers up to 2^32 - 1: rounded once.
-HWY_INLINE Floats number_of(Words words) {
-  const Words high = hn::ShiftRight<16>(words);
-  const Words low = hn::And(words, hn::Set(kWords, 0xFFFFU));
-  return small_number_of(high) * all(65536.0F) + small_number_of(low);
-}
 
 // Whether tiles are marked, for each pixel of a run. Beyond the picture none is.
 HWY_INLINE Mask tile_is_marked(const Memory& memory, int column, int row) {
@@ -65,7 +45,7 @@ class MapFilter {
   void take(int column, int row, int count) const {
     const Floats depth = read_row(memory_.volume_depth + start_of(row), column, 0, width_ - 1);
     const Floats volumes = hn::IfThenElseZero(hn::Ge(depth, zero()), all(1.0F));
-    write_pairs({bits_of(depth), bits_of(volumes)}, memory_.steady + 2 * (start_of(row) + offset(column)),
+    write_pairs({words_of(depth), words_of(volumes)}, memory_.steady + 2 * (start_of(row) + offset(column)),
                 count);
   }
 
@@ -131,7 +111,7 @@ class MapFilter {
       const Mask is_island = hn::Lt(all(4.0F) * on_surface, window_pixels(column, row, radius));
       cleaned = where(hn::And(due, is_island), all(kNoSurface), here);
     }
-    write_row(bits_of(cleaned), words_at(memory_.smooth_depth, column, row), count);
+    write_row(words_of(cleaned), words_at(memory_.smooth_depth, column, row), count);
   }
 
   // Fills holes, and sets the weights.
@@ -152,61 +132,8 @@ class MapFilter {
       if (!is_empty(is_hole)) filled = where(is_hole, filled_depth(column, row), here);
     }
     const auto present = mask_of_words(hn::Ge(filled, zero()));
-    write_row(bits_of(filled), words_at(memory_.filled, column, row), count);
+    write_row(words_of(filled), words_at(memory_.filled, column, row), count);
     write_row(hn::IfThenElseZero(present, weight), memory_.weights + start_of(row) + offset(column), count);
-  }
-
-  // One half of the smoothing filter, along rows or along columns. `shares`: of the Gaussian, for distances
-  // from 0 on.
-  void smooth(int column, int row, int count, bool columns, bool keeps_edges, const float* shares) const {
-    const Mask present = hn::Gt(small_number_of(weights_from(column, row)), zero());
-    const Floats middle = columns ? row_depths_from(column, row) : filled_from(column, row);
-    Floats fitted = middle;
-    if (!is_empty(present)) fitted = line_through(column, row, columns, keeps_edges, middle, shares);
-    if (columns) {
-      const Floats depth = where(present, fitted, all(kNoSurface));
-      return write_row(bits_of(depth), words_at(memory_.smooth_depth, column, row), count);
-    }
-    write_pairs({bits_of(fitted), hn::Zero(kWords)}, memory_.row_sums + 2 * (start_of(row) + offset(column)),
-                count);
-  }
-
-  // The moving average along a row.
-  void sum_row(int row) const {
-    const int radius = lighting_.filter_radius;
-    const int first = lighting_.smooth_left;
-    const int end = std::min(lighting_.smooth_right, width_);
-    std::uint32_t depths = 0;
-    std::uint32_t weights = 0;
-    std::uint32_t* const sums = memory_.row_sums + 2 * start_of(row);
-    for (int x = std::max(first - radius, 0); x < std::min(first + radius, width_); ++x)
-      add_weighted(row, x, 1, depths, weights);
-    for (int x = first; x < end; ++x) {
-      if (x + radius < width_) add_weighted(row, x + radius, 1, depths, weights);
-      sums[2 * x] = depths;
-      sums[2 * x + 1] = weights;
-      // Whole numbers: what is added is taken away again, also where it wraps.
-      if (x >= radius) add_weighted(row, x - radius, ~std::uint32_t{0}, depths, weights);
-    }
-  }
-
-  // The moving average along a run of columns.
-  void average_columns(int column, int count) const {
-    const int radius = lighting_.filter_radius;
-    const int first = lighting_.smooth_top;
-    const int end = std::min(lighting_.smooth_bottom, height_);
-    WordPairs sum = {hn::Zero(kWords), hn::Zero(kWords)};
-    for (int y = first - radius; y < first + radius; ++y) add_row(sum, column, y, true);
-    for (int y = first; y < end; ++y) {
-      add_row(sum, column, y + radius, true);
-      const Floats weights = hn::Max(number_of(sum.second), all(1.0F));
-      const Floats mean =
-          all(lighting_.depth_white) + number_of(sum.first) / (all(lighting_.sum_units) * weights);
-      const Mask present = hn::Gt(small_number_of(weights_from(column, y)), zero());
-      write_row(bits_of(where(present, mean, all(kNoSurface))), words_at(memory_.smooth_depth, column, y),
-                count);
-      add_row(sum, column, y - radius, false);
-    }
   }
 
   // Of the whole map.
@@ -265,21 +192,9 @@ class MapFilter {
   Floats steady_from(int column, int row) const {
     return floats_of(read_pairs(memory_.steady + 2 * start_of(row), column, 0, width_ - 1).first);
   }
-  Floats filled_from(int column, int row) const {
-    return read_row(memory_.filled + start_of(row), column, 0, width_ - 1);
-  }
-  Floats row_depths_from(int column, int row) const {
-    return floats_of(read_pairs(memory_.row_sums + 2 * start_of(row), column, 0, width_ - 1).first);
-  }
-  Words weights_from(int column, int row) const {
-    return read_row(memory_.weights + start_of(row), column, 0, width_ - 1);
-  }
-
-  static Mask between(Floats at, int first, int last) {
-    return hn::And(hn::Ge(at, all(static_cast<float>(first))), hn::Le(at, all(static_cast<float>(last))));
-  }
   Mask column_in_view(int column) const {
-    return between(hn::Iota(kFloats, static_cast<float>(column)), lighting_.view_left, lighting_.view_right);
+    return lies_within(hn::Iota(kFloats, static_cast<float>(column)), lighting_.view_left,
+                       lighting_.view_right);
   }
   Mask same_surface(Floats a, Floats b) const {
     const Mask both = hn::And(hn::Ge(a, zero()), hn::Ge(b, zero()));
@@ -337,60 +252,6 @@ class MapFilter {
   Floats cleaned_from(int column, int row) const {
     const Floats depth = read_row(memory_.smooth_depth + start_of(row), column, 0, width_ - 1);
     return where(column_in_view(column), depth, all(kNoSurface));
-  }
-
-  // The value in the middle of a weighted line through the depths of a window.
-  Floats line_through(int column, int row, bool columns, bool keeps_edges, Floats middle,
-                      const float* shares) const {
-    const int radius = lighting_.filter_radius;
-    Floats weights = zero();
-    Floats distances = zero();
-    Floats squares = zero();
-    Floats depths = zero();
-    Floats moments = zero();
-    for (int each = -radius; each <= radius; ++each) {
-      const int x = columns ? column : column + each;
-      const int y = columns ? row + each : row;
-      if (y < 0 || y >= height_) continue;
-      const Floats depth = columns ? row_depths_from(x, y) : filled_from(x, y);
-      const Floats difference = depth - middle;
-      Floats weight = small_number_of(weights_from(x, y)) * all(shares[std::abs(each)]);
-      if (!columns && !lies_between(x, 0, width_ - 1))
-        weight = hn::IfThenElseZero(between(hn::Iota(kFloats, static_cast<float>(x)), 0, width_ - 1), weight);
-      if (keeps_edges) {
-        const Floats ratio = difference / all(lighting_.same_surface);
-        const Floats similarity = hn::Max(all(1.0F) - ratio * ratio, zero());
-        weight = weight * similarity * similarity;
-      }
-      const Floats distance = all(static_cast<float>(each));
-      const Floats product = hn::IfThenElseZero(hn::Gt(weight, zero()), weight * difference);
-      weights = weights + weight;
-      distances = distances + weight * distance;
-      squares = squares + weight * distance * distance;
-      depths = depths + product;
-      moments = moments + product * distance;
-    }
-    const Floats determinant = weights * squares - distances * distances;
-    const Mask is_line = hn::Gt(determinant, all(kMinSpread) * weights * squares);
-    const Floats line = (squares * depths - distances * moments) / determinant;
-    return middle + where(is_line, line, depths / hn::Max(weights, all(1e-30F)));
-  }
-
-  // Adds the weighted depth and the weight of a pixel, `times` modulo 2^32.
-  void add_weighted(int row, int column, std::uint32_t times, std::uint32_t& depths,
-                    std::uint32_t& weights) const {
-    const std::size_t pixel = start_of(row) + offset(column);
-    const std::uint32_t weight = times * memory_.weights[pixel];
-    const float height = std::max(memory_.filled[pixel] - lighting_.depth_white, 0.0F);
-    depths += weight * static_cast<std::uint32_t>(height * lighting_.sum_units + 0.5F);
-    weights += weight;
-  }
-
-  void add_row(WordPairs& sum, int column, int row, bool enters) const {
-    if (row < 0 || row >= height_) return;
-    const WordPairs more = read_pairs(memory_.row_sums + 2 * start_of(row), column, 0, width_ - 1);
-    sum.first = enters ? sum.first + more.first : sum.first - more.first;
-    sum.second = enters ? sum.second + more.second : sum.second - more.second;
   }
 
   const Memory& memory_;

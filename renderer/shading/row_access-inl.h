@@ -24,6 +24,12 @@ HWY_INLINE bool lies_between(int column, int first, int last) {
   return column >= first && column + kRun - 1 <= last;
 }
 
+// Of columns as floats.
+HWY_INLINE Mask lies_within(Floats column, int first, int last) {
+  return hn::And(hn::Ge(column, all(static_cast<float>(first))),
+                 hn::Le(column, all(static_cast<float>(last))));
+}
+
 // `row`: its pixel 0. From `column` on, clamped to `first` .. `last`.
 HWY_INLINE Floats read_row(const float* row, int column, int first, int last) {
   if (lies_between(column, first, last)) return hn::LoadU(kFloats, row + column);

@@ -53,9 +53,9 @@ class SoftMaps {
   }
   // Of any places. Precondition: they lie in the map.
   Four at(const Pixels& place, int map) const {
-    const Floats index =
-        all(static_cast<float>(map * down_ * across_)) + place.y * all(static_cast<float>(across_)) + place.x;
-    return unpacked(gathered_pairs(words_, hn::ShiftLeft<1>(whole(index))));
+    const Integers first = hn::Set(kIntegers, map * down_ * across_);
+    const Integers index = first + whole(place.y) * hn::Set(kIntegers, across_) + whole(place.x);
+    return unpacked(gathered_pairs(words_, hn::ShiftLeft<1>(index)));
   }
   void write(const Four& values, int column, int row, int map) const {
     write_pairs(packed(values), row_of(row, map) + 2 * column, across_ - column);

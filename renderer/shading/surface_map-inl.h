@@ -131,8 +131,8 @@ class SurfaceMap {
                     all(static_cast<float>(lighting_.view_bottom)))};
   }
   Floats gathered(const Pixels& pixel) const {
-    const Floats index = pixel.y * all(static_cast<float>(lighting_.width)) + pixel.x;
-    return hn::GatherIndex(kFloats, depths_, whole(index));
+    const Integers width = hn::Set(kIntegers, static_cast<std::int32_t>(lighting_.width));
+    return hn::GatherIndex(kFloats, depths_, whole(pixel.y) * width + whole(pixel.x));
   }
 
   Point tangent(const Pixels& pixel, float across, float down, Floats here, Floats before,

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "shaders/bindings.h"
 
@@ -18,13 +17,11 @@
 
 #include "renderer/shading/finish-inl.h"
 #include "renderer/shading/map_filter-inl.h"
+#include "renderer/shading/map_smoothing-inl.h"
 #include "renderer/shading/shade-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fanlight::shading::HWY_NAMESPACE {
-
-// Half of a window of the depth filter, and more.
-constexpr int kMostRadius = 128;
 
 SurfaceMap map_of(const Method& method, const Memory& memory) {
   return {*memory.lighting, method.perspective, method.soft_shadows, memory.smooth_depth,
@@ -55,21 +52,19 @@ void filter_tiles(const Memory& memory, const Part& part, bool marks) {
 }
 
 void smooth(const Method& method, const Memory& memory, const Part& part, bool columns) {
-  const MapFilter filter(memory);
-  float shares[kMostRadius];
-  for (int distance = 0; distance <= std::min(memory.lighting->filter_radius, kMostRadius - 1); ++distance)
-    shares[distance] = std::exp(static_cast<float>(-distance * distance) * memory.lighting->filter_fall);
+  const MapSmoothing smoothing(memory);
+  const Shares shares(memory.lighting->filter_fall, memory.lighting->filter_radius);
   for (int row = part.top; row < part.bottom; ++row) {
     for (int column = part.left; column < part.right; column += kRun)
-      filter.smooth(column, row, part.right - column, columns, method.keeps_edges, shares);
+      smoothing.smooth(column, row, part.right - column, columns, method.keeps_edges, shares);
   }
 }
 
 void average(const Memory& memory, const Part& part, bool columns) {
-  const MapFilter filter(memory);
-  for (int row = part.top; row < part.bottom && !columns; ++row) filter.sum_row(row);
+  const MapSmoothing smoothing(memory);
+  for (int row = part.top; row < part.bottom && !columns; ++row) smoothing.sum_row(row);
   for (int column = part.left; column < part.right && columns; column += kRun)
-    filter.average_columns(column, part.right - column);
+    smoothing.average_columns(column, part.right - column);
 }
 
 void light_softly(const Method& method, const Memory& memory, const Part& part) {
@@ -196,10 +191,6 @@ namespace {
 HWY_EXPORT(run);
 
 }  // namespace
-
-bool is_fast() {
-  return (hwy::SupportedTargets() & HWY_TARGETS & (HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL)) != 0;
-}
 
 void run(Step step, const Method& method, const Memory& memory, const Part& part) {
   HWY_DYNAMIC_DISPATCH(run)(step, method, memory, part);

@@ -7,16 +7,13 @@
 #include "shaders/map_totals.h"
 
 /// Passes 2 and 3 on a processor: the same pictures as temporal.comp to finish.comp (shaders/passes.inc),
-/// which GPUs run, and processors where is_fast() is false. The temporal filter of several volumes, and the
+/// which GPUs run, and processors whose rays a shader casts. The temporal filter of several volumes, and the
 /// seam of a rolling sweep, are the shaders' everywhere. Compiled for several instruction sets by Highway; a
 /// vector of neighbouring pixels is lit at a time (decision renderer/018).
 ///
-/// A picture differs from the shaders' by one level of 255 at most, where a value lies between two. It is the
-/// same on all instruction sets.
+/// Most pixels are the shaders'; others differ by one level of 255, where a value lies between two.
+/// Instruction sets that multiply and add at once (AVX2, AVX-512, NEON) give the same picture.
 namespace fanlight::shading {
-
-/// Whether the processor gathers words: a shadow ray does at each of its steps.
-bool is_fast();
 
 /// In the order in which they run.
 enum class Step : std::uint8_t {

@@ -14,6 +14,8 @@ namespace fanlight {
 struct TimelinePoint {
   VkSemaphore semaphore = VK_NULL_HANDLE;
   std::uint64_t value = 0;
+
+  bool operator==(const TimelinePoint&) const = default;
 };
 
 /// Submits command buffers one after the other: each waits for the one before, also on another queue. Owns

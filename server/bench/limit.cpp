@@ -80,7 +80,8 @@ Result<RowLimits> run_bench_limit(const RenderDevice& device, const MachineLimit
                          {Stage::kFilter, pixels, "pixels", 2 * kPixelBytes, 0},
                          {Stage::kLight, pixels, "pixels", 3 * kPixelBytes, 0},
                          {Stage::kFinish, pixels, "pixels", 2 * kPixelBytes, 0},
-                         {Stage::kReadBack, pixels, "pixels", 4 * kPixelBytes, 0}};
+                         // The depth map. The picture could be finished where it is read, as on a processor.
+                         {Stage::kReadBack, pixels, "pixels", 2 * kPixelBytes, 0}};
   RowLimits limits{.passes = {},
                    .sampled_share = *all_samples > 0
                                         ? static_cast<double>(*samples) / static_cast<double>(*all_samples)

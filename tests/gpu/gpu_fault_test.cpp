@@ -97,7 +97,8 @@ TEST_F(GpuFaultTest, ALossWhileAPictureIsReadBackShowsNoOldMemory) {
   end();
 }
 
-TEST_F(GpuFaultTest, TheLastVolumeIsShownAgainWhereNoOtherComes) {
+// A processor submits nothing for a moved light.
+TEST_F(GpuShaderFaultTest, TheLastVolumeIsShownAgainWhereNoOtherComes) {
   inject({.call = GpuCall::kSubmit});
   Scene moved = scene_;
   moved.light.right_mm = 60;
