@@ -172,10 +172,11 @@ class LightPass {
   VkBuffer named_maps_ = VK_NULL_HANDLE;     // depth of the maps that the descriptors name
   VkBuffer named_colours_ = VK_NULL_HANDLE;  // colours of the same maps
   const CastMaps* maps_to_copy_ = nullptr;   // until the next submission
-  bool awaits_maps_ = false;   // the processor lights, and the GPU may not have written them yet
-  TimelinePoint written_;      // reached when the GPU has written the maps
-  bool is_new_cast_ = false;   // no picture of it was submitted
-  bool is_new_input_ = false;  // no picture of it, or of its weights, was submitted
+  TimelinePoint written_;                    // reached when the GPU has written the maps
+  bool is_new_cast_ = false;                 // no picture of it was submitted
+  bool is_new_input_ = false;                // no picture of it, or of its weights, was submitted
+  // The processor lights, and the GPU may not have written or copied the maps yet.
+  bool awaits_maps_ = false;
   bool is_first_of_cast_ = false;
   PixelRect changed_;  // of what copy_by_host() copied, since the last picture
 
