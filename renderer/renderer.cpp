@@ -423,8 +423,6 @@ Result<void> Renderer::light(SlotState& state) {
   const Scene scene = relit(state.cast_scene.scene, scene_in_force().scene);
   // A private view has asked for weights, and the host may not read them yet: the next call tries again.
   if (!state.slot.maps_are_written()) return {};
-  // The processor would write the map that the GPU reads for the other slot.
-  if (state.slot.lights_here() && slots_[other_than(state)]->slot.light_outstanding() > 0) return {};
   if (!takes_time || !state.slot.weights_due(scene) || state.slot.outstanding() > 0)
     return submit_light(state);
   // A private view still reads the weights that this would overwrite.

@@ -24,7 +24,8 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
                                          .band_samples = config_.band_samples,
                                          .skipping = config_.skipping,
                                          .counting = config_.counting,
-                                         .maps_for_host = !on_one_device_,
+                                         .pauses = config_.ray_workers != nullptr,
+                                         .maps_for_host = !on_one_device_ || config_.ray_workers != nullptr,
                                          .ray_workers = config_.ray_workers});
   if (!cast) return cast.error();
   cast_ = std::move(*cast);
@@ -46,6 +47,7 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
 
 void VolumeInFlight::follow(const VolumeInFlight& other) {
   light_.follow(other.light_.steady());
+  light_.set_reader(other.light_.recorder().timeline());
 }
 
 Result<void> VolumeInFlight::light(const Scene& scene, const Earlier& earlier, const Earlier& before) {
@@ -93,15 +95,21 @@ std::array<StageSpan, kStages> VolumeInFlight::stage_spans() const {
   return spans;
 }
 
+/// As stage_ms(), without the weights. The upload is part of the cast.
+std::array<double, kStages> VolumeInFlight::sums_of_pieces_ms() const {
+  auto ms = light_.stage_ms();
+  if (!light_.is_first_of_cast()) return ms;
+  const auto cast_ms = cast_.recorder().stage_ms();
+  for (const Stage stage : {Stage::kPrepare, Stage::kCast})
+    ms[static_cast<std::size_t>(stage)] = cast_ms[static_cast<std::size_t>(stage)];
+  return ms;
+}
+
 std::array<double, kStages> VolumeInFlight::stage_ms() const {
   std::array<double, kStages> ms{};
   std::ranges::transform(stage_spans(), ms.begin(), &StageSpan::ms);
   // What the processor runs in between for another volume does not count.
-  if (light_.lights_here()) {
-    const auto light_ms = light_.stage_ms();
-    for (const Stage stage : {Stage::kFilter, Stage::kLight, Stage::kFinish, Stage::kReadBack})
-      ms[static_cast<std::size_t>(stage)] = light_ms[static_cast<std::size_t>(stage)];
-  }
+  if (light_.lights_here()) ms = sums_of_pieces_ms();
   constexpr auto kFilter = static_cast<std::size_t>(Stage::kFilter);
   if (light_.is_first_of_cast()) ms[kFilter] += cast_.recorder().stage_ms()[kFilter];  // the weights
   return ms;

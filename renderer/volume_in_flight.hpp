@@ -136,11 +136,10 @@ class VolumeInFlight {
   bool cast_nearly_submitted() const { return frames_.done() && cast_.nearly_submitted(); }
 
   using Earlier = LightPass::Earlier;
-  /// Submits passes 2 and 3: on one device all, on two the first piece, or that where the processor runs
-  /// them. Precondition: no cast is under way, maps_are_written(), and nothing of passes 2 and 3 is
-  /// outstanding. `before`: the view of this slot's last picture, absent where it found the surface elsewhere
-  /// or there is none; where frames were replaced, their surface is blended with it
-  /// (Scene::Filter::seam_frames).
+  /// Submits the first piece of passes 2 and 3; on one device whose GPU runs them, all. Precondition: no cast
+  /// is under way, maps_are_written(), and nothing of passes 2 and 3 is outstanding. `before`: the view of
+  /// this slot's last picture, absent where it found the surface elsewhere or there is none; where frames
+  /// were replaced, their surface is blended with it (Scene::Filter::seam_frames).
   Result<void> light(const Scene& scene, const Earlier& earlier, const Earlier& before);
   /// As LightPass::blends().
   bool blends() const { return light_.blends(); }
@@ -154,7 +153,7 @@ class VolumeInFlight {
   /// As LightPass::lights_here().
   bool lights_here() const { return light_.lights_here(); }
 
-  /// On one device always true: the GPU waits.
+  /// On one device always true: LightPass waits.
   bool maps_are_written() const { return on_one_device_ || cast_.maps_are_written(); }
 
   /// As LightPass::lights_a_part().
@@ -242,6 +241,7 @@ class VolumeInFlight {
   /// False after a load() for which there was no memory.
   bool has_frame_memory() const { return frames_.frame_capacity() > 0; }
   Result<void> create_passes(const PassDevice* light_device);
+  std::array<double, kStages> sums_of_pieces_ms() const;
   Result<void> create_frames(const FanGeometry& geometry, std::uint32_t frames);
   Result<void> replace_frames(const Volume& volume);
   Result<void> begin_frames(const Scene& scene, const EchoLevels& levels);
@@ -272,7 +272,7 @@ class VolumeInFlight {
   CastPass cast_;
   LightPass light_;
   bool on_one_device_ = true;
-  GpuBuffer steady_copy_;  // of the map of light_, on the device of cast_; with two devices
+  GpuBuffer steady_copy_;  // of the map of light_, on the device of cast_; not where one GPU does all
 };
 
 }  // namespace fanlight

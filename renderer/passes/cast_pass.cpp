@@ -162,9 +162,11 @@ Result<void> CastPass::submit_maps(VkQueue queue) {
 /// Runs a piece of pass 0 on the processor.
 void CastPass::prepare_here(FrameStore& frames) {
   // Processors gather, and their clock is this one.
-  if (!std::exchange(preparing_, true)) prepared_here_.begin_ns = now_ns();
+  const std::int64_t began_ns = now_ns();
+  if (!std::exchange(preparing_, true)) prepared_here_.begin_ns = began_ns;
   frames.prepare_piece();
   prepared_here_.end_ns = now_ns();
+  recorder_.add_ms(Stage::kPrepare, StageSpan{.begin_ns = began_ns, .end_ns = prepared_here_.end_ns}.ms());
 }
 
 std::array<StageSpan, kStages> CastPass::stage_spans() const {
@@ -276,6 +278,7 @@ Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_ch
   while (volume.frames.is_prepared_here() && !volume.frames.done()) prepare_here(volume.frames);
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
+  recorder_.begin_piece(Stage::kCast);
   if (!volume.frames.done()) {
     recorder_.stamp(GpuTimestamps::kPrepareBegin);
     while (!volume.frames.done()) volume.frames.record_piece(*commands);

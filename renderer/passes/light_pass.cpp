@@ -24,6 +24,9 @@ constexpr float kFarthestMm = FANLIGHT_MAX_DEPTH;
 // Other work waits for one piece: of a view that pauses the main view, else a changed light.
 constexpr double kPieceMs = 4;
 
+// The GPU's part of a filter takes some milliseconds. One that hangs is found where the render thread waits.
+constexpr std::uint64_t kReaderNs = 100'000'000;
+
 /// A dispatch over lines, tiles or columns from `first` to `end` - 1, and those that share its first and last
 /// groups.
 LightStep on_lines(VkPipeline pipeline, int first, int end) {
@@ -96,7 +99,7 @@ void LightPass::name_maps(const CastMaps& maps) {
 void LightPass::read(const CastPass& cast) {
   maps_to_copy_ = nullptr;
   const TimelinePoint written = cast.maps_written();
-  if (written != std::exchange(written_, written)) awaits_maps_ = here_.on();
+  if (written != std::exchange(written_, written)) awaits_maps_ = here_.on() && !cast.maps_are_written();
   name_maps(cast.maps());
   take(cast);
 }
@@ -459,7 +462,12 @@ Result<void> LightPass::submit(std::size_t end_step) {
 
 /// Runs the steps before end_step that were not run yet on the processor, and after the last one the
 /// read-back.
-void LightPass::light_here(std::size_t end_step) {
+Result<void> LightPass::light_here(std::size_t end_step) {
+  if (steps_[steps_.next()].here == shading::Step::kTake && reader_ != nullptr) {
+    // Rare: another filter for the picture on show, while the next one is averaged with it.
+    if (auto waited = reader_->wait(kReaderNs); !waited) return waited;
+    if (reader_->outstanding() > 0) return {};
+  }
   here_.run(steps_, steps_.next(), end_step, memory_);
   if (end_step == steps_.count()) {
     // Not again for a light that moved. A copy by the host is read where it is.
@@ -467,6 +475,7 @@ void LightPass::light_here(std::size_t end_step) {
     here_.read_back(memory_, size_, new_colours);
   }
   note_submitted(end_step);
+  return {};
 }
 
 void LightPass::note_submitted(std::size_t end_step) {
@@ -565,9 +574,7 @@ Result<void> LightPass::submit_next() {
   if (here && awaits_maps_) return submit(steps_.next());
   // Only a changed light is waited for here, and it comes too late for this picture once its light is begun.
   if (in_pieces() && !config_.pauses && next != Stage::kFilter) {
-    if (!here) return submit_all();
-    light_here(steps_.count());
-    return {};
+    return here ? light_here(steps_.count()) : submit_all();
   }
   const auto stage = static_cast<std::size_t>(next);
   const double known_ms = step_ms_[stage];
@@ -579,9 +586,7 @@ Result<void> LightPass::submit_next() {
   for (std::size_t step = steps_.next(); step < end; ++step) {
     if (is_here(step) != here) end = step;
   }
-  if (!here) return submit(end);
-  light_here(end);
-  return {};
+  return here ? light_here(end) : submit(end);
 }
 
 }  // namespace fanlight

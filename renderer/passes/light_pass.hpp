@@ -54,8 +54,8 @@ class LightPass {
   // Sets the depth map that the next begin() filters. A map that was copied already is not copied again.
   // Precondition: nothing of this pass is outstanding.
 
-  /// That of a cast of the same device, read where it is. The cast may not begin again while work of this
-  /// pass is outstanding.
+  /// That of a cast of the same device, read where it is. The cast may not begin again before all steps of
+  /// this pass are done.
   void read(const CastPass& cast);
   /// A copy of it, made by the next submission: it may be cast again once that is done. Needs kOnDevice.
   void copy(const CastPass& cast);
@@ -69,8 +69,11 @@ class LightPass {
   /// Sets the temporal filter's input: steady() of the other slot, or a copy of it. For a Seam this pass
   /// copies its own map there before it writes the next one. Precondition as above.
   void follow(const GpuBuffer& steady);
+  /// Sets whose submissions read steady(): the processor does not write the map while some are outstanding. A
+  /// queue keeps that order by itself. `reader` must outlive this object.
+  void set_reader(const SubmissionTimeline& reader) { reader_ = &reader; }
   /// The temporally filtered depth map, two floats a pixel: the depth in mm and the number of volumes in it.
-  /// Mapped with kByHost.
+  /// Mapped with kByHost, and where the processor writes it.
   const GpuBuffer& steady() const { return memory_.steady; }
 
   /// The map of follow(); absent where it is not one of another volume, found as this one is.
@@ -151,7 +154,7 @@ class LightPass {
   bool is_here(std::size_t step) const { return step < steps_.count() && steps_[step].here.has_value(); }
   void note_light_steps();
   Result<void> submit(std::size_t end_step);
-  void light_here(std::size_t end_step);
+  Result<void> light_here(std::size_t end_step);
   void note_submitted(std::size_t end_step);
   void record_map_before(VkCommandBuffer commands) const;
   void record_clear_totals(VkCommandBuffer commands) const;
@@ -219,6 +222,7 @@ class LightPass {
   CastMaps copies_;
   LightMemory memory_;
   LightHere here_;
+  const SubmissionTimeline* reader_ = nullptr;  // of another LightPass
   PassRecorder recorder_;
 };
 
