@@ -21,6 +21,7 @@ export class Connection {
   private socket: WebSocket | undefined;
   private retryMs = kFirstRetryMs;
   private heardMs = 0;
+  private isWelcome = false; // the server has said hello: it accepts other messages than a login
   private retryTimer = 0; // 0: no try is due
 
   constructor(
@@ -41,19 +42,26 @@ export class Connection {
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.heardMs = performance.now();
+    this.isWelcome = false;
     let heard = false;
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
       heard = true;
       this.retryMs = kFirstRetryMs;
       this.heardMs = performance.now();
-      this.events.message(fromBinary(ServerMessageSchema, new Uint8Array(event.data)));
+      const message = fromBinary(ServerMessageSchema, new Uint8Array(event.data));
+      if (message.body.case === "hello") this.isWelcome = true;
+      this.events.message(message);
     };
     socket.onclose = (event) => this.retry(lossSentence(event, heard));
   }
 
-  /** Messages are discarded while the connection is down. */
+  /**
+   * Messages are discarded while the connection is down, and before the login: the server would refuse them, and the
+   * page would show that as the answer to the login.
+   */
   send(body: ClientBody): void {
     if (this.socket?.readyState !== WebSocket.OPEN || !body) return;
+    if (!this.isWelcome && body.case !== "login") return;
     this.socket.send(toBinary(ClientMessageSchema, create(ClientMessageSchema, { body })));
   }
 
