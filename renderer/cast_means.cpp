@@ -32,6 +32,10 @@ CastMeans::CastMeans(const Gpu& gpu, std::optional<Sampling> wanted, bool rays_b
       workers(sampling == Sampling::kGathering ? std::make_unique<RenderWorkers>() : nullptr),
       casts_here(is_processor(gpu) && workers && !rays_by_shader && ray_caster::is_fast()) {}
 
+DeviceOptions live_device_options() {
+  return {.own_light_device = !ray_caster::is_fast(), .in_background = true};
+}
+
 std::uint64_t CastMeans::private_band_samples() const {
   return band_samples / kPrivateBandDivisor;
 }

@@ -9,6 +9,7 @@
 #include "renderer/schedule/watchdog.hpp"
 #include "renderer/volume/render_workers.hpp"
 #include "renderer/vulkan/gpu.hpp"
+#include "renderer/vulkan/render_device.hpp"
 
 namespace fanlight {
 
@@ -26,6 +27,10 @@ struct CastMeans {
   /// Of private views: smaller, since the main view waits for their bands.
   std::uint64_t private_band_samples() const;
 };
+
+/// How the device of a live renderer is opened. On a processor passes 2 and 3 get a device of their own only
+/// where shaders run them; else Renderer ignores such a device.
+DeviceOptions live_device_options();
 
 /// How long a device may take.
 Watchdog::Limits usual_limits(const Gpu& gpu);

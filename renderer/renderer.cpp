@@ -40,13 +40,15 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
   if (auto fits = check_sizes(config.size, config.largest(), gpu.limits()); !fits) return fits.error();
   CastMeans means(gpu, config.sampling, config.rays_by_shader);
   if (config.band_samples) means.band_samples = *config.band_samples;
+  // What the processor runs itself needs no other device, and no pipelines.
+  Dependencies used = dependencies;
+  if (means.casts_here) used.light_gpu = nullptr;
   PipelineStore own;
-  PipelineStore& store = dependencies.store != nullptr ? *dependencies.store : own;
-  auto pipelines =
-      pipelines_of(store, dependencies, {.sampling = means.sampling, .cache = config.pipeline_cache});
+  PipelineStore& store = used.store != nullptr ? *used.store : own;
+  auto pipelines = pipelines_of(
+      store, used, {.sampling = means.sampling, .lights = !means.casts_here, .cache = config.pipeline_cache});
   if (!pipelines) return pipelines.error();
-  std::unique_ptr<Renderer> made(
-      new Renderer(config, dependencies, scene, *std::move(pipelines), std::move(means)));
+  std::unique_ptr<Renderer> made(new Renderer(config, used, scene, *std::move(pipelines), std::move(means)));
   if (auto slots = made->create_slots(); !slots) return slots.error();
   made->pipelines_->save_cache();
   return made;
@@ -318,7 +320,7 @@ bool Renderer::collect(Picture& picture) {
     shown_volume_id_ = state.stamp.volume.volume_id;
     state.stamp.picture_id = ++pictures_;
     state.stamp.stage_ms = stage_ms;
-    state.stamp.passes_overlap = !on_one_device() && !state.slot.lights_here();
+    state.stamp.passes_overlap = !on_one_device();
     state.stamp.finished_time_ns = now_ns();
     counters_.pictures_finished.add();
     state.slot.read_picture(state.stamp, picture);

@@ -18,14 +18,14 @@ Result<VolumeInFlight> VolumeInFlight::create(const PassDevice& device, const Co
 }
 
 Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
-  on_one_device_ = light_device == nullptr;
+  reads_in_place_ = light_device == nullptr && config_.ray_workers == nullptr;
   auto cast = CastPass::create(device_, {.size = config_.size,
                                          .largest = config_.largest,
                                          .band_samples = config_.band_samples,
                                          .skipping = config_.skipping,
                                          .counting = config_.counting,
                                          .pauses = config_.ray_workers != nullptr,
-                                         .maps_for_host = !on_one_device_ || config_.ray_workers != nullptr,
+                                         .maps_for_host = !reads_in_place_,
                                          .ray_workers = config_.ray_workers});
   if (!cast) return cast.error();
   cast_ = std::move(*cast);
@@ -33,11 +33,12 @@ Result<void> VolumeInFlight::create_passes(const PassDevice* light_device) {
   using Copies = LightPass::Config::Copies;
   auto light = LightPass::create(light_device == nullptr ? device_ : *light_device,
                                  {.largest = config_.largest,
-                                  .copies = on_one_device_ ? Copies::kNone : Copies::kByHost,
+                                  .copies = reads_in_place_ ? Copies::kNone : Copies::kByHost,
+                                  .skipping = config_.skipping,
                                   .workers = config_.ray_workers});
   if (!light) return light.error();
   light_ = std::move(*light);
-  if (on_one_device_ && !light_.lights_here()) return {};
+  if (reads_in_place_) return {};
   auto steady = GpuBuffer::create(*device_.gpu, "steady copy", light_.steady().bytes(),
                                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, BufferPlace::kToGpu);
   if (!steady) return steady.error();
@@ -51,7 +52,7 @@ void VolumeInFlight::follow(const VolumeInFlight& other) {
 }
 
 Result<void> VolumeInFlight::light(const Scene& scene, const Earlier& earlier, const Earlier& before) {
-  if (on_one_device_) {
+  if (reads_in_place_) {
     light_.read(cast_);
   } else {
     light_.copy_by_host(cast_);
@@ -63,7 +64,7 @@ Result<void> VolumeInFlight::light(const Scene& scene, const Earlier& earlier, c
             .frame_step_rad = extent_.frame_step_rad(),
             .motor_radius_mm = geometry_.motor_radius_mm};
   if (auto begun = light_.begin(effective(scene), earlier, seam ? &*seam : nullptr); !begun) return begun;
-  return on_one_device_ && !cast_.casts_here() ? light_.submit_all() : light_.submit_next();
+  return reads_in_place_ ? light_.submit_all() : light_.submit_next();
 }
 
 Result<void> VolumeInFlight::light_next_piece(const Scene* changed) {
@@ -122,7 +123,7 @@ Result<DepthMaps> VolumeInFlight::read_depth() {
 }
 
 const GpuBuffer& VolumeInFlight::steady_for_private_views() const {
-  if (on_one_device_ && !light_.lights_here()) return light_.steady();
+  if (reads_in_place_) return light_.steady();
   const std::size_t bytes = light_.size().pixels() * sizeof(glm::vec2);
   std::ranges::copy(light_.steady().mapped().first(bytes), steady_copy_.mapped().begin());
   return steady_copy_;

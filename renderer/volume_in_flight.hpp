@@ -26,8 +26,9 @@ namespace fanlight {
 /// reads the last depth map of the other, on the queue that runs both filters. Where frames are replaced one
 /// by one, that map holds the slot's own last one. Render thread only.
 ///
-/// The LightPass may have a device of its own: the host then copies the depth map to it (decision
-/// renderer/010). Else it reads the map where it is.
+/// Where one GPU runs all passes, the LightPass reads the depth map where it is. Else the host copies the
+/// map: to the LightPass's own device (decision renderer/010), or where the processor runs passes 1 to 3
+/// (018).
 ///
 /// Life: empty -> load(volume) -> begin_cast(scene) -> cast_next_band() until cast_submitted() ->
 /// light(scene) -> done, when nothing is outstanding -> and again from light() (a changed light),
@@ -52,7 +53,8 @@ class VolumeInFlight {
     RenderWorkers* ray_workers = nullptr;  ///< as CastPass::Config
   };
 
-  /// `light`: for passes 2 and 3; null: they run on `device` too.
+  /// `light`: for passes 2 and 3; null: they run on `device` too. Precondition: null where the processor
+  /// casts the rays.
   static Result<VolumeInFlight> create(const PassDevice& device, const Config& config,
                                        const PassDevice* light);
 
@@ -136,9 +138,9 @@ class VolumeInFlight {
   bool cast_nearly_submitted() const { return frames_.done() && cast_.nearly_submitted(); }
 
   using Earlier = LightPass::Earlier;
-  /// Submits the first piece of passes 2 and 3; on one device whose GPU runs them, all. Precondition: no cast
-  /// is under way, maps_are_written(), and nothing of passes 2 and 3 is outstanding. `before`: the view of
-  /// this slot's last picture, absent where it found the surface elsewhere or there is none; where frames
+  /// Submits the first piece of passes 2 and 3; where one GPU runs all passes, all pieces. Precondition: no
+  /// cast is under way, maps_are_written(), and nothing of passes 2 and 3 is outstanding. `before`: the view
+  /// of this slot's last picture, absent where it found the surface elsewhere or there is none; where frames
   /// were replaced, their surface is blended with it (Scene::Filter::seam_frames).
   Result<void> light(const Scene& scene, const Earlier& earlier, const Earlier& before);
   /// As LightPass::blends().
@@ -153,8 +155,8 @@ class VolumeInFlight {
   /// As LightPass::lights_here().
   bool lights_here() const { return light_.lights_here(); }
 
-  /// On one device always true: LightPass waits.
-  bool maps_are_written() const { return on_one_device_ || cast_.maps_are_written(); }
+  /// Where LightPass reads the maps in place always true: it waits.
+  bool maps_are_written() const { return reads_in_place_ || cast_.maps_are_written(); }
 
   /// As LightPass::lights_a_part().
   bool lights_a_part() const { return light_.lights_a_part(); }
@@ -271,8 +273,8 @@ class VolumeInFlight {
   // After those whose memory their descriptors name.
   CastPass cast_;
   LightPass light_;
-  bool on_one_device_ = true;
-  GpuBuffer steady_copy_;  // of the map of light_, on the device of cast_; not where one GPU does all
+  bool reads_in_place_ = true;  // light_ reads the maps of cast_ where they are
+  GpuBuffer steady_copy_;       // of the map of light_, on the device of cast_; not where one GPU does all
 };
 
 }  // namespace fanlight

@@ -45,7 +45,8 @@ Box fan_box(const FanGeometry& geometry, const VolumeExtent& volume);
 /// The grid of a CutMask. It is the same for all sweeps of a probe, whose angles differ a little.
 CutGrid cut_grid(const FanGeometry& geometry, const VolumeExtent& volume);
 
-/// Whether pass 1 skips empty space. The pictures are the same; kOff serves comparisons.
+/// Whether pass 1 skips empty space, and passes 2 and 3 what is as in the last picture. The pictures are the
+/// same; kOff serves comparisons.
 enum class Skipping : std::uint8_t { kOn, kOff };
 
 /// Whether pass 1 counts the samples that it reads. That has a price: for measurements.

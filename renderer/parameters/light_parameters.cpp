@@ -214,12 +214,14 @@ LightKeys light_keys(const Scene& scene) {
       .light = light_key(perspective, soft_shadows, soft_light)};
 }
 
+std::array<PipelineKey, kTemporalVariants> temporal_variants() {
+  return {map_cells_key(false), map_cells_key(true), temporal_key(FANLIGHT_TEMPORAL_ALONE),
+          temporal_key(FANLIGHT_TEMPORAL_STEADY), temporal_key(FANLIGHT_TEMPORAL_SEAM)};
+}
+
 std::array<PipelineKey, kLightVariants> light_variants() {
   std::array<PipelineKey, kLightVariants> variants;
   auto* next = variants.data();
-  for (const bool earlier : {false, true}) *next++ = map_cells_key(earlier);
-  for (const int kind : {FANLIGHT_TEMPORAL_ALONE, FANLIGHT_TEMPORAL_STEADY, FANLIGHT_TEMPORAL_SEAM})
-    *next++ = temporal_key(kind);
   for (const bool first : {false, true}) {
     for (const bool second : {false, true}) {
       *next++ = light_key(first, second, false);

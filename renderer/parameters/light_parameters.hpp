@@ -35,9 +35,14 @@ LightKeys light_keys(const Scene& scene);
 PipelineKey map_cells_key(bool earlier);
 PipelineKey temporal_key(int kind);
 
-inline constexpr std::size_t kLightVariants = 23;
-/// Every value that the keys of the light and of the smoothing filter can have, to be built before a scene
-/// needs them: a changed light or filter must not wait for a pipeline.
+// Every value that keys can have, to be built before a scene needs them: a changed light or filter must not
+// wait for a pipeline.
+
+inline constexpr std::size_t kTemporalVariants = 5;
+/// Of the temporal filter.
+std::array<PipelineKey, kTemporalVariants> temporal_variants();
+inline constexpr std::size_t kLightVariants = 18;
+/// Of the light and of the smoothing filter.
 std::array<PipelineKey, kLightVariants> light_variants();
 
 /// The displayed colours (sRGB, 0 to 1) of a map for a brightness of 0, 1/3, 2/3 and 1; linear in between.

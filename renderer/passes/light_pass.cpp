@@ -162,8 +162,8 @@ void LightPass::choose_regions(const Scene& scene, int temporal, shaders::LightP
   maps_due_ = {.parameters = parameters, .diffusion_steps = diffusion_steps(scene), .temporal = temporal};
   const bool as_last = is_new_input_ && maps_ == maps_due_ && filter_ == scene.filter;
   const PixelRect changed = changed_by_blending(scene.filter.seam_frames).united(changed_);
-  partly_ = config_.copies == Copies::kByHost && as_last && temporal != FANLIGHT_TEMPORAL_STEADY &&
-            2 * changed.pixels() < all.pixels();
+  partly_ = config_.copies == Copies::kByHost && config_.skipping == Skipping::kOn && as_last &&
+            temporal != FANLIGHT_TEMPORAL_STEADY && 2 * changed.pixels() < all.pixels();
   if (partly_) {
     // Where nothing has changed, any tile.
     const PixelRect part = changed.empty() ? PixelRect{.right = 1, .bottom = 1} : changed;

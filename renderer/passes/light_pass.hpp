@@ -36,10 +36,11 @@ class LightPass {
  public:
   struct Config {
     PictureSize largest;  ///< of any scene
-    /// Memory for copies of a cast's maps: none, of the same device, or of another one, whose maps the host
-    /// copies. With the last, passes 2 and 3 compute only what has changed since the last picture, where that
-    /// is less than half of it.
+    /// Memory for copies of a cast's maps: none, copies by this device, or by the host, also from another
+    /// device. With the last, passes 2 and 3 compute only what has changed since the last picture, where that
+    /// is less than half of it and `skipping` is on.
     enum class Copies : std::uint8_t { kNone, kOnDevice, kByHost } copies = Copies::kNone;
+    Skipping skipping = Skipping::kOn;
     bool pauses = false;  ///< as PassRecorder::Config
     /// They run all but the temporal filter of several volumes and the seam; then the pass's device is this
     /// processor, and pieces are submitted one by one. Null: the GPU does.
@@ -59,7 +60,8 @@ class LightPass {
   void read(const CastPass& cast);
   /// A copy of it, made by the next submission: it may be cast again once that is done. Needs kOnDevice.
   void copy(const CastPass& cast);
-  /// A copy from another device, made now. Needs kByHost. Precondition: CastPass::maps_are_written().
+  /// A copy of it, made now, also from another device. Needs kByHost. Precondition:
+  /// CastPass::maps_are_written().
   void copy_by_host(const CastPass& cast);
 
   /// Of the maps of the last begin().

@@ -9,7 +9,8 @@ namespace fanlight {
 
 std::shared_ptr<Pipelines> PipelineStore::find(const Wanted& wanted) const {
   const auto known = std::ranges::find_if(kept_, [&](const Kept& kept) {
-    return kept.gpu == &wanted.gpu && kept.sampling == wanted.config.sampling;
+    return kept.gpu == &wanted.gpu && kept.pipelines->sampling() == wanted.config.sampling &&
+           kept.pipelines->lights() == wanted.config.lights;
   });
   return known == kept_.end() ? nullptr : known->pipelines;
 }
@@ -17,7 +18,7 @@ std::shared_ptr<Pipelines> PipelineStore::find(const Wanted& wanted) const {
 Result<std::shared_ptr<Pipelines>> PipelineStore::keep(const Wanted& wanted,
                                                        Result<std::unique_ptr<Pipelines>> made) {
   if (!made) return made.error();
-  return kept_.emplace_back(Kept{&wanted.gpu, wanted.config.sampling, *std::move(made)}).pipelines;
+  return kept_.emplace_back(Kept{&wanted.gpu, *std::move(made)}).pipelines;
 }
 
 Result<std::shared_ptr<Pipelines>> PipelineStore::get(const Gpu& gpu, const Pipelines::Config& config) {

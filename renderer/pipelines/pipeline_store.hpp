@@ -14,8 +14,9 @@ namespace fanlight {
 /// of frames) until clear(). Must outlive its renderers; the devices must outlive it. One thread.
 class PipelineStore {
  public:
-  /// The pipelines of a device and a sampling. The first call for them builds them with the cache of
-  /// `config`; later calls ignore that cache. Error: a pipeline that cannot be built.
+  /// The pipelines of a device for a sampling and for its passes (Config::lights). The first call for them
+  /// builds them with the cache of `config`; later calls ignore that cache. Error: a pipeline that cannot be
+  /// built.
   Result<std::shared_ptr<Pipelines>> get(const Gpu& gpu, const Pipelines::Config& config);
 
   struct Wanted {
@@ -32,7 +33,6 @@ class PipelineStore {
  private:
   struct Kept {
     const Gpu* gpu;
-    Sampling sampling;
     std::shared_ptr<Pipelines> pipelines;
   };
   std::shared_ptr<Pipelines> find(const Wanted& wanted) const;

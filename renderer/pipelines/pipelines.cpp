@@ -29,9 +29,14 @@ Result<std::unique_ptr<Pipelines>> Pipelines::create(const Gpu& gpu, const Confi
   std::unique_ptr<Pipelines> made(new Pipelines(gpu, config));
   if (auto layouts = made->create_layouts(); !layouts) return layouts.error();
   for (std::size_t row = 0; row < shaders::passes().size(); ++row) {
-    if (!shaders::passes()[row].has_fixed_pipeline) continue;
-    if (auto built = made->get(PipelineKey{.shader = static_cast<Shader>(row)}); !built) return built.error();
+    const auto shader = static_cast<Shader>(row);
+    if (!shaders::passes()[row].has_fixed_pipeline || !made->runs(shader)) continue;
+    if (auto built = made->get(PipelineKey{.shader = shader}); !built) return built.error();
   }
+  for (const PipelineKey& key : temporal_variants()) {
+    if (auto built = made->get(key); !built) return built.error();
+  }
+  if (!config.lights) return made;
   for (const PipelineKey& key : light_variants()) {
     if (auto built = made->get(key); !built) return built.error();
   }

@@ -29,13 +29,18 @@ class Pipelines {
  public:
   struct Config {
     Sampling sampling = Sampling::kTexture;
+    /// Whether the device runs passes 2 and 3; else it runs no more of them than their temporal filter.
+    bool lights = true;
     PipelineCache::Config cache;
   };
-  /// Builds the pipelines without constants and light_variants(). Other pipelines are built when first
-  /// requested, and kept. Error: a pipeline that cannot be built.
+  /// Builds the pipelines without constants, temporal_variants() and light_variants(), of those that the
+  /// device runs. Other pipelines are built when first requested, and kept. Error: a pipeline that cannot be
+  /// built.
   static Result<std::unique_ptr<Pipelines>> create(const Gpu& gpu, const Config& config);
 
   Sampling sampling() const { return sampling_; }
+  /// Config::lights.
+  bool lights() const { return lights_; }
 
   VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
   VkPipelineLayout layout() const { return layout_.get(); }
@@ -58,13 +63,15 @@ class Pipelines {
 
  private:
   Pipelines(const Gpu& gpu, const Config& config)
-      : gpu_(gpu), sampling_(config.sampling), cache_(gpu, config.cache) {}
+      : gpu_(gpu), sampling_(config.sampling), lights_(config.lights), cache_(gpu, config.cache) {}
+  bool runs(Shader shader) const { return lights_ || shader <= Shader::kTemporal; }
   std::span<const std::uint32_t> spirv_of(Shader shader) const;
   Result<void> create_layouts();
   Result<PipelineHandle> build(const PipelineKey& key) const;
 
   const Gpu& gpu_;
   Sampling sampling_;
+  bool lights_;
   PipelineCache cache_;
   SamplerHandle sampler_;  // must live as long as the set layout that it is part of
   DescriptorSetLayoutHandle set_layout_;

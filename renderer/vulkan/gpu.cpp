@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 
 #include "renderer/vulkan/access_trial.hpp"
 #include "renderer/vulkan/debug_name.hpp"
@@ -15,11 +14,6 @@
 namespace fanlight {
 
 namespace {
-
-bool contains_any_case(std::string_view text, std::string_view part) {
-  const auto equal = [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); };
-  return std::search(text.begin(), text.end(), part.begin(), part.end(), equal) != text.end();
-}
 
 Error none_serves(const std::vector<GpuCandidate>& candidates, std::string_view name) {
   std::string message = name.empty() ? "no GPU serves, expected one with Vulkan 1.3 compute"
@@ -38,10 +32,8 @@ Error none_serves(const std::vector<GpuCandidate>& candidates, std::string_view 
 
 Result<std::unique_ptr<Gpu>> Gpu::create(const GpuInstance& instance, std::string_view name,
                                          std::optional<BufferAccess> access) {
-  const auto chosen = std::ranges::find_if(instance.candidates(), [&](const GpuCandidate& candidate) {
-    return candidate.refusals.empty() && contains_any_case(candidate.name, name);
-  });
-  if (chosen == instance.candidates().end()) return none_serves(instance.candidates(), name);
+  const GpuCandidate* const chosen = instance.candidate(name);
+  if (chosen == nullptr) return none_serves(instance.candidates(), name);
 
   std::unique_ptr<Gpu> made(new Gpu(instance));
   made->candidate_ = *chosen;

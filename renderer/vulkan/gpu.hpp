@@ -48,6 +48,9 @@ class GpuInstance {
   /// Every GPU, best first: usable ones before refused ones, then GPUs before the processor.
   const std::vector<GpuCandidate>& candidates() const { return candidates_; }
 
+  /// The best usable one whose name contains `name`, in any case; null: none.
+  const GpuCandidate* candidate(std::string_view name) const;
+
   /// Warnings and errors of the validation layer so far; 0 without it, and with Config::messages. Each is
   /// printed to stderr.
   std::uint64_t validation_messages() const { return validation_messages_.value(); }

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdio>
 #include <optional>
+#include <string_view>
 #include <tuple>
 
 #include "renderer/vulkan/gpu.hpp"
@@ -16,6 +18,11 @@ namespace fanlight {
 namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+bool contains_any_case(std::string_view text, std::string_view part) {
+  const auto equal = [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); };
+  return std::search(text.begin(), text.end(), part.begin(), part.end(), equal) != text.end();
+}
 
 VKAPI_ATTR VkBool32 VKAPI_CALL count_message(VkDebugUtilsMessageSeverityFlagBitsEXT /*severity*/,
                                              VkDebugUtilsMessageTypeFlagsEXT /*types*/,
@@ -235,6 +242,13 @@ Result<void> GpuInstance::find_candidates() {
     return std::tuple(!candidate.refusals.empty(), rank(candidate.kind));
   });
   return {};
+}
+
+const GpuCandidate* GpuInstance::candidate(std::string_view name) const {
+  const auto found = std::ranges::find_if(candidates_, [&](const GpuCandidate& candidate) {
+    return candidate.refusals.empty() && contains_any_case(candidate.name, name);
+  });
+  return found == candidates_.end() ? nullptr : &*found;
 }
 
 }  // namespace fanlight

@@ -27,23 +27,22 @@ Result<void> check_address_space() {
                   limit.rlim_cur / 1'000'000, kLeastAddressBytes / 1'000'000)};
 }
 
+bool is_processor(const GpuCandidate* candidate) {
+  return candidate != nullptr && candidate->kind == kProcessorKind;
+}
+
 Result<RenderDevice> open_one(const std::string& name, const DeviceOptions& options) {
   auto instance = GpuInstance::create(options.instance);
   if (!instance) return instance.error();
-  auto gpu = Gpu::create(**instance, name, options.access);
+  const auto create = [&] { return Gpu::create(**instance, name, options.access); };
+  const auto create_in_background = [&] {
+    lower_priority(kCastNiceness);  // which the driver's threads inherit
+    return create();
+  };
+  const bool lowered = options.in_background && is_processor((*instance)->candidate(name));
+  auto gpu = lowered ? std::async(std::launch::async, create_in_background).get() : create();
   if (!gpu) return gpu.error();
   return RenderDevice{.instance = std::move(*instance), .gpu = std::move(*gpu)};
-}
-
-/// The same on a thread of lower priority, which the driver's threads inherit: a moved light, the encoder and
-/// the network go before pass 1.
-Result<RenderDevice> open_in_background(const std::string& name, const DeviceOptions& options) {
-  return std::async(std::launch::async,
-                    [&] {
-                      lower_priority(kCastNiceness);
-                      return open_one(name, options);
-                    })
-      .get();
 }
 
 }  // namespace
@@ -57,11 +56,13 @@ void RenderDevice::reset() {
 
 Result<RenderDevice> open_device(const std::string& name, const DeviceOptions& options) {
   if (auto room = check_address_space(); !room) return room.error();
-  auto opened = open_one(name, options);
-  if (!opened || !options.own_light_device || opened->gpu->candidate().kind != kProcessorKind) return opened;
+  DeviceOptions of_light = options;
+  of_light.in_background = options.in_background && !options.own_light_device;
+  auto opened = open_one(name, of_light);
+  if (!opened || !options.own_light_device || !is_processor(&opened->gpu->candidate())) return opened;
   DeviceOptions same = options;
   same.access = opened->gpu->buffer_access();
-  auto cast = open_in_background(opened->name(), same);
+  auto cast = open_one(opened->name(), same);
   if (!cast) {
     // One device does the work of two, only slower.
     opened->light_refusal = cast.error().message;

@@ -31,6 +31,9 @@ struct DeviceOptions {
   std::optional<BufferAccess> access{};
   /// Opens RenderDevice::light_gpu too, where the device is a processor.
   bool own_light_device = false;
+  /// Where the device of pass 1 is a processor, its threads get a lower priority: a moved light, the encoder
+  /// and the network go before pass 1.
+  bool in_background = false;
 };
 
 /// `name`: part of the GPU's name; empty for the best one. Errors: too little address space for the

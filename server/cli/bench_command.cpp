@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "proto/base/file_replacement.hpp"
+#include "renderer/cast_means.hpp"
 #include "renderer/vulkan/render_device.hpp"
 #include "server/bench/limit.hpp"
 #include "server/bench/memory.hpp"
@@ -113,7 +114,10 @@ Result<std::vector<BenchRow>> chosen_rows(const BenchOptions& options) {
 }
 
 Result<RenderDevice> open_bench_device(const BenchOptions& options) {
-  return open_device(options.gpu, {.access = options.access, .own_light_device = !options.one_device});
+  DeviceOptions device = live_device_options();
+  device.access = options.access;
+  if (options.one_device) device.own_light_device = false;
+  return open_device(options.gpu, device);
 }
 
 Result<void> bench(const BenchOptions& options) {
@@ -419,8 +423,9 @@ void add_device_options(CLI::App& command, BenchOptions& options) {
       command, "--buffers", options.access,
       {{"texels", BufferAccess::kTexels}, {"storage", BufferAccess::kStorage}},
       "How shaders read buffers: texels or storage (default: the faster one on this device)");
-  command.add_flag("--one-device", options.one_device,
-                   "On a CPU, run all passes on one device instead of passes 2 and 3 on a second one");
+  command.add_flag(
+      "--one-device", options.one_device,
+      "On a CPU without AVX2, run all passes on one device instead of passes 2 and 3 on a second one");
   command.add_flag("--json", options.json, "Print the report as JSON");
 }
 

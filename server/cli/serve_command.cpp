@@ -20,6 +20,7 @@
 #include "proto/base/clock.hpp"
 #include "proto/base/printable.hpp"
 #include "proto/base/version.hpp"
+#include "renderer/cast_means.hpp"
 #include "renderer/survey/auto_scene.hpp"
 #include "renderer/survey/fluid_region.hpp"
 #include "renderer/vulkan/render_device.hpp"
@@ -313,7 +314,7 @@ Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& li
   state.chosen_fields = options.scene.given();
 
   const auto open = [](const std::string& name) {
-    auto opened = open_device(name, {.own_light_device = true});
+    auto opened = open_device(name, live_device_options());
     if (opened && !opened->light_refusal.empty())
       spdlog::warn("there is no second device for passes 2 and 3 ({}): a changed light waits for pass 1",
                    opened->light_refusal);

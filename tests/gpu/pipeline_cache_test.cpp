@@ -151,7 +151,8 @@ TEST_F(PipelineCacheTest, AStoreGivesTheNextRendererThePipelinesOfTheLast) {
                                   .first_angle_rad = -0.4,
                                   .last_angle_rad = 0.4,
                                   .frame_capacity = 5,
-                                  .sampling = Sampling::kGathering},
+                                  .sampling = Sampling::kGathering,
+                                  .rays_by_shader = true},
                                  {.gpu = gpu(), .counters = counters_, .store = &store},
                                  {.revision = 1, .scene = scene_for(kGeometry, -0.4, 0.4)});
     if (!made) throw std::runtime_error(made.error().message);

@@ -69,11 +69,10 @@ class RollingTest : public GpuTest, public testing::WithParamInterface<std::uint
     return now;
   }
 
-  /// On one device, beside the tested renderer on two.
+  /// By a renderer that has seen no other volume.
   static Shown whole(const SeededCase& given, const Scene& scene, const Volume& volume) {
     RenderCounters counters;
-    const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, scene, counters,
-                                        {.own_light_device = false});
+    const auto renderer = made_renderer(given.geometry, given.angles_rad, given.size, scene, counters);
     if (auto loaded = renderer->load(volume); !loaded) throw std::runtime_error(loaded.error().message);
     return shown(*renderer);
   }

@@ -55,9 +55,8 @@ struct Shown {
 
 class SeamTest : public GpuTest {
  protected:
-  std::unique_ptr<Renderer> renderer(const Scene& scene, bool own_light_device = true) {
-    return made_renderer(kGeometry, sweep_rad(), kPicture, scene, counters_,
-                         {.own_light_device = own_light_device});
+  std::unique_ptr<Renderer> renderer(const Scene& scene, Skipping skipping = Skipping::kOn) {
+    return made_renderer(kGeometry, sweep_rad(), kPicture, scene, counters_, {.skipping = skipping});
   }
   QueuedFrame frame_of(const Volume& sweep, std::uint32_t index) {
     return {.stamp = {.sequence = commits_, .angle_rad = sweep_rad()[index], .commit_number = ++commits_},
@@ -243,8 +242,8 @@ TEST_P(SeamPartsTest, AreThoseOfTheWholePicture) {
   Scene scene = scene_of_test();
   scene.filter.seam_frames = GetParam();
   scene.filter.size = 5;
-  const auto parts = renderer(scene, true);
-  const auto whole = renderer(scene, false);
+  const auto parts = renderer(scene);
+  const auto whole = renderer(scene, Skipping::kOff);
   for (auto* const each : {parts.get(), whole.get()}) {
     ASSERT_TRUE(each->load(first_));
     next_picture(*each);

@@ -76,7 +76,8 @@ TEST_P(SteadySequenceTest, IsWhatTheTwinSays) {
   scene.camera.projection = GetParam().projection;
   RenderCounters counters;
   const auto renderer = made_renderer(kGeometry, sweep_rad(), kPicture, scene, counters,
-                                      {.own_light_device = GetParam().own_light_device,
+                                      {.rays_by_shader = GetParam().own_light_device,
+                                       .own_light_device = GetParam().own_light_device,
                                        .largest_size = PictureSize{.width = 200, .height = 160}});
   constexpr std::array<Step, 6> kSteps = {{{},
                                            {.body_right = 0.6, .body_deeper = 0.4},

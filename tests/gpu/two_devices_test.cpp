@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes 2 and 3 on a device of their own, on a processor: they run beside pass 1 of the next volume.
+// Passes 2 and 3 on a processor: as shaders on a device of their own, where they run beside pass 1 of the
+// next volume, and in C++.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,15 +28,24 @@ double relief(const Point& at) {
   return at.y_mm > surface_mm ? 90 + at.x_mm + 20 * std::sin(at.x_mm) : 5;
 }
 
+constexpr Casting kTwoDevices = {.rays_by_shader = true};
+constexpr Casting kOneDevice = {.rays_by_shader = true, .own_light_device = false};
+constexpr Casting kHere = {};  // passes 1 to 3 in C++
+
+/// The same with whole pictures.
+constexpr Casting whole_pictures(Casting casting) {
+  casting.skipping = Skipping::kOff;
+  return casting;
+}
+
 class TwoDevicesTest : public GpuTest {
  protected:
   void SetUp() override {
     if (gpu().candidate().kind != kProcessorKind) GTEST_SKIP() << "for processors only";
   }
 
-  std::unique_ptr<Renderer> renderer(const Scene& scene, bool own_light_device, bool by_shaders = false) {
-    return made_renderer(kGeometry, angles_rad_, kSize, scene, counters_,
-                         {.rays_by_shader = by_shaders, .own_light_device = own_light_device});
+  std::unique_ptr<Renderer> renderer(const Scene& scene, const Casting& casting) {
+    return made_renderer(kGeometry, angles_rad_, kSize, scene, counters_, casting);
   }
   Volume volume(std::uint64_t number) const {
     Volume made = made_volume(kGeometry, angles_rad_, relief);
@@ -92,20 +102,37 @@ TEST_F(TwoDevicesTest, LightOneVolumeWhileTheNextIsCast) {
     return made;
   };
   // Where the processor casts and lights, both are done by the same threads in turn.
-  EXPECT_TRUE(overlaps(*renderer(scene, true, true), next));
-  EXPECT_FALSE(overlaps(*renderer(scene, false, true), next)) << "one device takes turns";
+  EXPECT_TRUE(overlaps(*renderer(scene, kTwoDevices), next));
+  EXPECT_FALSE(overlaps(*renderer(scene, kOneDevice), next)) << "one device takes turns";
 }
 
-TEST_F(TwoDevicesTest, TakeAMovedLightWithoutAnotherCast) {
-  const auto two = renderer(scene_, true);
-  ASSERT_TRUE(two->load(volume(1)));
-  const Picture first = next_picture(*two);
+struct Way {
+  const char* name;
+  Casting casting;
+};
+void PrintTo(const Way& way, std::ostream* out) {
+  *out << way.name;
+}
+
+/// Where a new volume does not keep the light waiting.
+class MovedLightTest : public TwoDevicesTest, public testing::WithParamInterface<Way> {
+ protected:
+  std::unique_ptr<Renderer> tested() { return renderer(scene_, GetParam().casting); }
+};
+
+INSTANTIATE_TEST_SUITE_P(Ways, MovedLightTest,
+                         testing::Values(Way{"shaders", kTwoDevices}, Way{"C++", kHere}));
+
+TEST_P(MovedLightTest, NeedsNoOtherCast) {
+  const auto moving = tested();
+  ASSERT_TRUE(moving->load(volume(1)));
+  const Picture first = next_picture(*moving);
   EXPECT_GT(first.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
   const auto casts = counters_.pass1_runs.value();
   Scene moved = scene_;
   moved.light.right_mm += 40;
-  two->show({.revision = 2, .scene = moved});
-  const Picture second = next_picture(*two);
+  moving->show({.revision = 2, .scene = moved});
+  const Picture second = next_picture(*moving);
   EXPECT_NE(second.rgba, first.rgba);
   EXPECT_EQ(second.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
   EXPECT_EQ(counters_.pass1_runs.value(), casts);
@@ -121,37 +148,37 @@ void begin_filter(Renderer& renderer, const RenderCounters& counters, const Volu
   }
 }
 
-TEST_F(TwoDevicesTest, ShowALightThatMovesDuringTheFilterInTheSamePicture) {
+TEST_P(MovedLightTest, IsInThePictureWhoseFilterIsUnderWay) {
   Scene moved = scene_;
   moved.light.right_mm += 40;
-  const auto two = renderer(scene_, true);
-  begin_filter(*two, counters_, volume(1));
-  two->show({.revision = 2, .scene = moved});
-  const Picture picture = next_picture(*two);
+  const auto moving = tested();
+  begin_filter(*moving, counters_, volume(1));
+  moving->show({.revision = 2, .scene = moved});
+  const Picture picture = next_picture(*moving);
   EXPECT_EQ(picture.stamp.scene_revision, 2U);
   EXPECT_EQ(counters_.pass2_runs.value(), 1U);
   EXPECT_GT(picture.stamp.stage_ms[static_cast<std::size_t>(Stage::kCast)], 0);
 
-  const auto one = renderer(moved, false);
-  ASSERT_TRUE(one->load(volume(1)));
-  EXPECT_EQ(picture.rgba, next_picture(*one).rgba);
+  const auto still = renderer(moved, GetParam().casting);
+  ASSERT_TRUE(still->load(volume(1)));
+  EXPECT_EQ(picture.rgba, next_picture(*still).rgba);
 }
 
-TEST_F(TwoDevicesTest, FinishAPictureAlthoughItsFilterChangesWithoutRest) {
+TEST_P(MovedLightTest, LetsAPictureEndWhoseFilterChangesWithoutRest) {
   Scene scene = scene_;
-  const auto two = renderer(scene, true);
-  begin_filter(*two, counters_, volume(1));
+  const auto moving = tested();
+  begin_filter(*moving, counters_, volume(1));
   Picture picture;
   std::uint64_t revision = 1;
-  while (!two->collect(picture)) {
+  while (!moving->collect(picture)) {
     scene.filter.size = scene.filter.size == 9 ? 11 : 9;
-    two->show({.revision = ++revision, .scene = scene});
-    ASSERT_TRUE(two->advance());
-    ASSERT_TRUE(two->wait(kSecondNs));
+    moving->show({.revision = ++revision, .scene = scene});
+    ASSERT_TRUE(moving->advance());
+    ASSERT_TRUE(moving->wait(kSecondNs));
     ASSERT_LT(revision, 100U) << "the picture is begun again and again";
   }
   EXPECT_EQ(picture.stamp.scene_revision, 1U);
-  EXPECT_EQ(next_picture(*two).stamp.scene_revision, revision);
+  EXPECT_EQ(next_picture(*moving).stamp.scene_revision, revision);
 }
 
 TEST_F(TwoDevicesTest, WeighByConfidenceAsOneDeviceDoes) {
@@ -159,7 +186,7 @@ TEST_F(TwoDevicesTest, WeighByConfidenceAsOneDeviceDoes) {
   weighed.filter.weights = FilterWeights::kConfidence;
   std::array<Picture, 2> pictures;
   for (const bool apart : {false, true}) {
-    const auto tested = renderer(scene_, apart);
+    const auto tested = renderer(scene_, apart ? kTwoDevices : kOneDevice);
     ASSERT_TRUE(tested->load(volume(1)));
     const Picture uniform = next_picture(*tested);
     // On a picture at rest, whose weights no one has computed.
@@ -210,6 +237,8 @@ class PartlyLitTest : public TwoDevicesTest, public testing::WithParamInterface<
             .pixels = (newer ? second_ : first_).frame_pixels(index)};
   }
 
+  void compare_with_whole_pictures(const Casting& casting);
+
   const Volume first_ = made_volume(kGeometry, angles_rad_, relief);
   const Volume second_ = made_volume(kGeometry, angles_rad_, [](const Point& at) {
     // Nearer, with a hole and an island.
@@ -219,7 +248,7 @@ class PartlyLitTest : public TwoDevicesTest, public testing::WithParamInterface<
   });
 };
 
-TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
+void PartlyLitTest::compare_with_whole_pictures(const Casting& casting) {
   Scene scene = scene_;
   scene.refresh = Refresh::kFrame;
   // Not from the data, which have other levels with each frame.
@@ -234,11 +263,12 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
   ASSERT_TRUE(apply_look(scene, "paper"));
   GetParam().change(scene);
   std::vector<bool> newer(kFrames, false);
-  const auto parts = renderer(scene, true);
+  const auto lit_in_parts_before = counters_.pass2_parts.value();
+  const auto parts = renderer(scene, casting);
   ASSERT_TRUE(parts->load(mixed(newer)));
   next_picture(*parts);
   scene.refresh = Refresh::kVolume;
-  const auto whole = renderer(scene, false);
+  const auto whole = renderer(scene, whole_pictures(casting));
   for (std::uint32_t index = 0; index < kFrames; ++index) {
     ASSERT_TRUE(parts->wants_frame());
     parts->take_frame(queued_frame(index, true));
@@ -251,7 +281,7 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
     ASSERT_EQ(part.depth_mm, afresh.depth_mm) << "after frame " << index;
     ASSERT_EQ(part.rgba, afresh.rgba) << "after frame " << index;
   }
-  EXPECT_GE(counters_.pass2_parts.value(), kFrames / 2);
+  EXPECT_GE(counters_.pass2_parts.value(), lit_in_parts_before + kFrames / 2);
   // A moved light is computed everywhere.
   const auto lit_in_parts = counters_.pass2_parts.value();
   scene.light.right_mm += 30;
@@ -260,6 +290,11 @@ TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
   parts->show({.revision = 2, .scene = scene});
   EXPECT_EQ(next_picture(*parts).rgba, next_picture(*whole).rgba);
   EXPECT_EQ(counters_.pass2_parts.value(), lit_in_parts);
+}
+
+TEST_P(PartlyLitTest, ShowsWhatTheWholePictureShows) {
+  compare_with_whole_pictures(kHere);
+  compare_with_whole_pictures(kTwoDevices);
 }
 
 /// Whether a part of a picture suffices depends on how its maps were filtered last, not on what the scene has
@@ -283,7 +318,7 @@ class AfterOtherMapsTest : public PartlyLitTest {
     EXPECT_EQ(next_picture(*parts_).rgba, next_picture(*whole_).rgba) << "after " << after;
   }
 
-  // On two devices and on one, after the same events.
+  // After the same events.
   std::unique_ptr<Renderer> parts_;
   std::unique_ptr<Renderer> whole_;
 };
@@ -294,8 +329,8 @@ TEST_P(AfterOtherMapsTest, ShowsWhatTheWholePictureShows) {
   scene.speckle.filter = SpeckleFilter::kNone;
   scene.filter.steady = 0.5;
   GetParam().change(scene);
-  parts_ = renderer(scene, true);
-  whole_ = renderer(scene, false);
+  parts_ = renderer(scene, kHere);
+  whole_ = renderer(scene, whole_pictures(kHere));
   load(mixed(std::vector<bool>(kFrames, false)));
   compare("a volume");
   scene.refresh = Refresh::kFrame;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "proto/base/clock.hpp"
+#include "renderer/cast_means.hpp"
 
 namespace fanlight::test {
 
@@ -47,7 +48,7 @@ PipelineFixture::PipelineFixture(FrameSource& source, RingPolicy policy,
     : suggested_(scene_of(source.description())) {
   auto pipeline = Pipeline::create(
       {.size = kSize, .scene = suggested_, .policy = policy, .recordings = {.folder = recordings}},
-      {.open_device = [](const std::string& name) { return open_device(name, {.own_light_device = true}); },
+      {.open_device = [](const std::string& name) { return open_device(name, live_device_options()); },
        .source = source,
        .link = link_});
   if (!pipeline) throw std::runtime_error(pipeline.error().message);

@@ -21,7 +21,7 @@ struct Casting {
   std::optional<BufferAccess> access;
   /// Of a processor, so that a GPU casts in several bands too.
   std::uint64_t band_samples = 8'000'000;
-  /// On a processor passes 2 and 3 have a device of their own, as in `fanlight serve`.
+  /// Where shaders light on a processor, passes 2 and 3 have a device of their own, as in `fanlight serve`.
   bool own_light_device = true;
   /// The largest picture; absent: of the usual size.
   std::optional<PictureSize> largest_size;
