@@ -114,7 +114,10 @@ MainStatus Renderer::status() const {
                       .cast_scene = &state.cast_scene,
                       .lit_scene = &state.lit_scene};
   };
-  return {.slots = {status_of(*slots_[0]), status_of(*slots_[1])}, .newest = newest_, .shown = shown_};
+  return {.slots = {status_of(*slots_[0]), status_of(*slots_[1])},
+          .newest = newest_,
+          .shown = shown_,
+          .runs_here = means_.casts_here};
 }
 
 Result<void> Renderer::load(const Volume& volume, Loading loading) {

@@ -67,7 +67,10 @@ bool accepts_volume(const MainStatus& status, const NumberedScene& scene) {
   const bool casting = std::ranges::any_of(status.slots, [](const SlotStatus& slot) {
     return slot.phase == WorkPhase::kCasting && !gives_way(slot);
   });
-  if (casting || !idle_and_settled(status.slots[status.other()])) return false;
+  const bool lighting = std::ranges::any_of(status.slots, [&](const SlotStatus& slot) {
+    return status.runs_here && slot.phase == WorkPhase::kLighting && !slot.light_submitted;
+  });
+  if (casting || lighting || !idle_and_settled(status.slots[status.other()])) return false;
   // Where frames are replaced, a volume may take either slot.
   return !replaces_frames(status, scene) || idle_and_settled(status.slots[status.newest]);
 }
@@ -114,13 +117,16 @@ MainSteps decide(const MainStatus& status, const NumberedScene& scene) {
     return slot.phase == WorkPhase::kLighting && !slot.light_submitted && !slot.light_outstanding;
   };
   if (piece_is_due(now.slots[now.other()])) due.add(MainStep::kLightPieceOfOther);
-  // Its pictures are shown in the order of their volumes: no piece of the newer one goes before the last
+  // Pictures are shown in the order of their volumes: no piece of the newer one goes before the last
   // piece of the older one.
   const SlotStatus& older = now.slots[now.other()];
   const bool older_is_submitted = older.phase != WorkPhase::kLighting || older.light_submitted;
   if (older_is_submitted && piece_is_due(newest)) due.add(MainStep::kLightPiece);
 
+  // On the same threads other work would only delay the picture that is nearly done.
+  const bool light_goes_first = now.runs_here && std::ranges::any_of(now.slots, piece_is_due);
   const bool replaces = replaces_frames(status, scene);
+  if (light_goes_first) return due;
   if (replaces && idle_and_settled(newest) && newest.frames_changed) {
     due.add(newest.can_recast ? MainStep::kRecast : MainStep::kBeginCast);
   } else if (newest.phase == WorkPhase::kCasting) {

@@ -44,6 +44,8 @@ struct MainStatus {
   std::size_t newest = 0;     ///< slot that was loaded last
   std::size_t shown = 0;      ///< slot whose picture was collected last
   bool volume_waits = false;  ///< in the ring: it is loaded when the cast ends
+  /// The processor runs the passes: a step is done at its return, and the ones after it wait for it.
+  bool runs_here = false;
 
   std::size_t other() const { return 1 - newest; }
 };
@@ -73,8 +75,8 @@ struct MappedVolume {
 /// it was live.
 bool may_average(const MappedVolume& map, const MappedVolume& now);
 
-/// Whether a volume can be loaded: no cast is under way that a picture waits for, and the slot that will take
-/// it is idle and settled.
+/// Whether a volume can be loaded: no cast is under way that a picture waits for, nor, where the processor
+/// runs the passes, the light of a picture; and the slot that will take the volume is idle and settled.
 bool accepts_volume(const MainStatus& status, const NumberedScene& scene);
 
 /// Whether the cast under way is given up for a new volume, between two of its bands.

@@ -116,10 +116,10 @@ Result<BlockTrace> BlockRunner::pipelined(int volumes) {
   return block;
 }
 
-Result<BlockTrace> BlockRunner::live(int volumes, std::int64_t sweep_ns) {
+Result<BlockTrace> BlockRunner::live(int volumes, std::int64_t sweep_ns, Arrival arrival) {
   BlockTrace block;
   EncodingThread encoder;
-  LiveFeed feed(volumes_, sweep_ns);
+  LiveFeed feed(volumes_, sweep_ns, arrival);
   int to_load = volumes;
   for (int to_collect = volumes; to_collect > 0;) {
     feed.advance();

@@ -29,9 +29,9 @@ class BlockRunner {
   /// Loads a volume whenever the renderer wants one. Another thread encodes the newest picture.
   Result<BlockTrace> pipelined(int volumes);
 
-  /// As a live probe whose sweeps take `sweep_ns`: frames are taken as they come, and a volume is loaded when
-  /// it is complete and the renderer wants one. Renders `volumes` volumes; the trace has them alone.
-  Result<BlockTrace> live(int volumes, std::int64_t sweep_ns);
+  /// As a live source whose sweeps take `sweep_ns`: frames are taken as they come, and a volume is loaded
+  /// when it is complete and the renderer wants one. Renders `volumes` volumes; the trace has them alone.
+  Result<BlockTrace> live(int volumes, std::int64_t sweep_ns, Arrival arrival = Arrival::kFrameByFrame);
 
  private:
   Result<void> load(BlockTrace& block, const Volume& volume);

@@ -11,9 +11,10 @@ constexpr std::uint32_t kFeedSlots = 64;  // what `fanlight serve` has for frame
 
 }  // namespace
 
-LiveFeed::LiveFeed(BenchVolumes& volumes, std::int64_t sweep_ns)
+LiveFeed::LiveFeed(BenchVolumes& volumes, std::int64_t sweep_ns, Arrival arrival)
     : volumes_(volumes),
       sweep_ns_(sweep_ns),
+      arrival_(arrival),
       sweep_began_ns_(now_ns()),
       queue_({.largest_frame_bytes = volumes.description().geometry.frame_bytes(), .slots = kFeedSlots},
              {.reader_bell = bell_}) {
@@ -28,10 +29,11 @@ void LiveFeed::start_sweep() {
 void LiveFeed::advance() {
   for (;;) {
     const std::uint32_t frames = arriving_->stamp().frames;
-    const std::int64_t due_ns = sweep_began_ns_ + sweep_ns_ * (arrived_ + 1) / frames;
+    const std::uint32_t due_frames = arrival_ == Arrival::kAtOnce ? frames : arrived_ + 1;
+    const std::int64_t due_ns = sweep_began_ns_ + sweep_ns_ * due_frames / frames;
     if (now_ns() < due_ns) return;
     const QueuedFrame frame = volumes_.frame(arrived_);
-    queue_.put(frame.stamp, frame.geometry, frame.pixels);
+    if (arrival_ == Arrival::kFrameByFrame) queue_.put(frame.stamp, frame.geometry, frame.pixels);
     if (++arrived_ < frames) continue;
     complete_ = arriving_;
     completed_commit_number_ = frame.stamp.commit_number;

@@ -11,18 +11,21 @@
 
 namespace fanlight {
 
-/// Volumes as from a live probe: the frames of a sweep come one after the other, at equal intervals, and the
-/// volume is complete with the last one. Under newest-wins, as in `fanlight serve`. One thread, which must
-/// call advance() often.
+/// How the frames of a sweep come: one after the other, at equal intervals, as from a probe; or all with the
+/// last one.
+enum class Arrival : std::uint8_t { kFrameByFrame, kAtOnce };
+
+/// Volumes as from a live source, complete with the last frame of each sweep. Under newest-wins, as in
+/// `fanlight serve`. One thread, which must call advance() often.
 class LiveFeed {
  public:
   /// The volumes must outlive the feed. The first sweep starts now.
-  LiveFeed(BenchVolumes& volumes, std::int64_t sweep_ns);
+  LiveFeed(BenchVolumes& volumes, std::int64_t sweep_ns, Arrival arrival = Arrival::kFrameByFrame);
 
   /// Lets the frames come that are due.
   void advance();
 
-  /// Frames ahead of their volume.
+  /// Frames ahead of their volume; none where they come at once.
   FrameQueue& frames() { return queue_; }
 
   /// The newest complete volume that was not taken yet; nullptr: none. Valid until the next advance().
@@ -39,6 +42,7 @@ class LiveFeed {
 
   BenchVolumes& volumes_;
   std::int64_t sweep_ns_;
+  Arrival arrival_;
   std::int64_t sweep_began_ns_;
   const Volume* arriving_ = nullptr;
   std::uint32_t arrived_ = 0;  // frames of it

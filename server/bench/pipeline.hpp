@@ -6,31 +6,19 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "renderer/vulkan/render_device.hpp"
+#include "server/bench/block_series.hpp"
 #include "server/bench/rows.hpp"
 #include "server/bench/stage_overlap.hpp"
 
 namespace fanlight {
 
-/// Figures of one mode of operation, over all its blocks.
-struct PipelineFigures {
-  std::vector<double> volumes_a_second;  ///< of each block
-  std::vector<double> latency_ms;  ///< of each volume in live operation: from its last frame to its picture
-  std::vector<double> light_ms;    ///< of each volume: from the end of its pass 1 to the end of its read-back
-  double busy_cores = 0;           ///< processor time of this process divided by wall time
-  std::uint64_t volumes = 0;       ///< loaded
-  std::uint64_t dropped = 0;       ///< between those, in live operation: a newer one came first
-  std::uint64_t pictures = 0;      ///< rendered from these volumes
-  std::uint64_t encoded = 0;       ///< of these pictures
-};
-
 /// The ways of operation of one renderer, and the overlap in two of them.
 struct PipelineTimes {
-  PipelineFigures serial;
-  PipelineFigures pipelined;
-  PipelineFigures live;
+  BlockFigures serial;
+  BlockFigures pipelined;
+  BlockFigures live;
   StageOverlap overlap;       ///< pipelined
   StageOverlap live_overlap;  ///< live
   double sweep_ms = 0;        ///< of the live probe

@@ -33,6 +33,7 @@ constexpr BenchRow kRows[] = {
     {"frames/140", FANLIGHT_R1 ",compression=linear,frames=140", 512, kPaper, ""},
     {"pixels/256", FANLIGHT_R1 ",compression=linear,columns=256,rows=256", 512, kPaper, ""},
     {"pixels/1024", FANLIGHT_R1 ",compression=linear,columns=1024,rows=1024", 512, kPaper, ""},
+    {"r2/face", "phantom:scene=womb", 512, kDefault, ""},
     {"voxels/8", FANLIGHT_R1 ",compression=linear,columns=1024,rows=1024,frames=70", 512, kPaper, ""},
 };
 #undef FANLIGHT_R1

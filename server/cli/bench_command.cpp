@@ -21,6 +21,7 @@
 #include "server/bench/run.hpp"
 #include "server/bench/scale.hpp"
 #include "server/bench/work.hpp"
+#include "server/cli/bench_report.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/json_text.hpp"
 #include "server/cli/named_option.hpp"
@@ -41,6 +42,8 @@ struct BenchOptions {
   bool one_device = false;
   bool json = false;
   int volumes = 8;
+  int rate_volumes = 40;
+  double offered_hz = 30;
   std::optional<double> sweep_ms;
   std::filesystem::path trace;
   int memory_volumes = 100;
@@ -141,76 +144,6 @@ Result<void> bench(const BenchOptions& options) {
   return {};
 }
 
-double ratio(const PipelineTimes& times) {
-  return quantile(times.pipelined.volumes_a_second, 0.5) / quantile(times.serial.volumes_a_second, 0.5);
-}
-
-nlohmann::ordered_json as_json(const PipelineFigures& figures) {
-  return {{"volumes", figures.volumes},
-          {"pictures", figures.pictures},
-          {"encoded", figures.encoded},
-          {"volumes_a_second", figures.volumes_a_second},
-          {"volumes_a_second_p50", quantile(figures.volumes_a_second, 0.5)},
-          {"light_ms", {{"p50", quantile(figures.light_ms, 0.5)}, {"p99", quantile(figures.light_ms, 0.99)}}},
-          {"busy_cores", figures.busy_cores}};
-}
-
-nlohmann::ordered_json as_json(const StageOverlap& overlap) {
-  return {{"light_in_cast", overlap.light_in_cast.value()},
-          {"light_in_work", overlap.light_in_work.value()},
-          {"upload_in_work", overlap.upload_in_work.value()},
-          {"read_back_in_work", overlap.read_back_in_work.value()},
-          {"encoding_in_work", overlap.encoding_in_work.value()}};
-}
-
-nlohmann::ordered_json as_json(const BenchRow& row, const PipelineTimes& times) {
-  return {{"name", row.name},
-          {"input", row.input},
-          {"picture", row.picture},
-          {"settings", fmt::format("{} {} {}", row.method, row.settings, row.changes)},
-          {"serial", as_json(times.serial)},
-          {"pipelined", as_json(times.pipelined)},
-          {"live", as_json(times.live)},
-          {"pipelined_over_serial", ratio(times)},
-          {"shares", as_json(times.overlap)},
-          {"sweep_ms", times.sweep_ms},
-          {"live_dropped", times.live.dropped},
-          {"live_latency_ms",
-           {{"p50", quantile(times.live.latency_ms, 0.5)}, {"p99", quantile(times.live.latency_ms, 0.99)}}},
-          {"live_shares", as_json(times.live_overlap)}};
-}
-
-void print_figures(std::string_view name, const PipelineFigures& figures) {
-  fmt::print(
-      "  {:<10} {:7.3f} volumes a second, passes 2 and 3 done {:.1f} ms after pass 1, {:.2f} cores busy\n",
-      name, quantile(figures.volumes_a_second, 0.5), quantile(figures.light_ms, 0.5), figures.busy_cores);
-}
-
-void print_overlap(std::string_view name, const StageOverlap& overlap) {
-  fmt::print(
-      "  {:<10} {:.1f} % of passes 2 and 3 lay in another volume's pass 1, {:.1f} % in its passes 0 and 1\n",
-      name, 100 * overlap.light_in_cast.value(), 100 * overlap.light_in_work.value());
-  fmt::print(
-      "  {:<10} {:.1f} % of upload, {:.1f} % of read-back, {:.1f} % of encoding lay in GPU work for others\n",
-      "", 100 * overlap.upload_in_work.value(), 100 * overlap.read_back_in_work.value(),
-      100 * overlap.encoding_in_work.value());
-}
-
-void print_pipeline(const BenchRow& row, const PipelineTimes& times) {
-  fmt::print("{}: {} volumes, {} pictures, {} encoded\n", row.name, times.pipelined.volumes,
-             times.pipelined.pictures, times.pipelined.encoded);
-  print_figures("serial", times.serial);
-  print_figures("pipelined", times.pipelined);
-  print_figures("live", times.live);
-  fmt::print(
-      "  live: a sweep every {:.1f} ms, {} volumes dropped, a picture {:.1f} ms after its last frame\n",
-      times.sweep_ms, times.live.dropped, quantile(times.live.latency_ms, 0.5));
-  fmt::print("  pipelined over serial {:.3f}\n", ratio(times));
-  print_overlap("pipelined", times.overlap);
-  print_overlap("live", times.live_overlap);
-  std::fflush(stdout);
-}
-
 Result<void> bench_pipeline(const BenchOptions& options) {
   const auto device = open_bench_device(options);
   if (!device) return device.error();
@@ -238,6 +171,39 @@ Result<void> bench_pipeline(const BenchOptions& options) {
     if (!options.json) print_pipeline(row, *times);
     if (options.trace.empty()) continue;
     if (auto written = replace_file(options.trace, times->last_block); !written) return written;
+  }
+  if (options.json) fmt::print("{}\n", json_text(report, 1));
+  return {};
+}
+
+Result<void> bench_rate(const BenchOptions& options) {
+  const auto device = open_bench_device(options);
+  if (!device) return device.error();
+  nlohmann::ordered_json report = {{"device", device->name()},
+                                   {"offered_a_second", options.offered_hz},
+                                   {"blocks", options.count},
+                                   {"volumes_a_block", options.rate_volumes},
+                                   {"rows", nlohmann::ordered_json::array()}};
+  const auto rows =
+      options.only.empty() && options.input.empty() ? chosen_rows(rate_rows()) : chosen_rows(options);
+  if (!rows) return rows.error();
+  if (!options.json) {
+    fmt::print(
+        "{}; {:g} sweeps a second, newest first; medians of {} blocks of {} volumes each way, in turn\n",
+        device->name(), options.offered_hz, options.count, options.rate_volumes);
+    print_rates_head();
+  }
+  ProgressLine progress;
+  for (const BenchRow& row : *rows) {
+    const std::size_t done = report["rows"].size();
+    progress.show_step(fmt::format("measures row {} of {}", done + 1, rows->size()), done, rows->size());
+    const auto rates = run_bench_rate(
+        *device, row,
+        {.offered_hz = options.offered_hz, .blocks = options.count, .volumes = options.rate_volumes});
+    if (!rates) return rates.error();
+    progress.clear();
+    report["rows"].push_back(as_json(row, *rates));
+    if (!options.json) print_rates(row, *rates);
   }
   if (options.json) fmt::print("{}\n", json_text(report, 1));
   return {};
@@ -454,6 +420,8 @@ Command add_bench_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("bench", "Measure rendering time");
   CLI::App* const pipeline =
       command->add_subcommand("pipeline", "Measure the gain from overlapping the passes of several volumes");
+  CLI::App* const rate = command->add_subcommand(
+      "rate", "Measure how many volumes a second become pictures, and how many are dropped");
   CLI::App* const memory = command->add_subcommand("memory", "Measure memory use, and whether it grows");
   CLI::App* const scale = command->add_subcommand(
       "scale", "Measure how the cost grows with pixels, voxels, frames and private views");
@@ -462,7 +430,8 @@ Command add_bench_command(CLI::App& program) {
   const auto options = std::make_shared<BenchOptions>();
   for (const auto& [app, what] :
        {std::pair(command, "Number of rounds per row"), std::pair(limit, "Number of rounds per row"),
-        std::pair(pipeline, "Number of blocks, pipelined and serial each")}) {
+        std::pair(pipeline, "Number of blocks, pipelined and serial each"),
+        std::pair(rate, "Number of blocks, at once and frame by frame each")}) {
     add_options(*app, *options);
     app->add_option("--count", options->count, what)
         ->capture_default_str()
@@ -483,6 +452,14 @@ Command add_bench_command(CLI::App& program) {
                    "Write a timeline of the passes in the last live block as an SVG; with several "
                    "rows that of the last row")
       ->type_name("FILE");
+  rate->add_option("--offered", options->offered_hz, "Sweeps a second that the source delivers")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 1000.0))
+      ->type_name("HZ");
+  rate->add_option("--volumes", options->rate_volumes, "Number of volumes per block")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000))
+      ->type_name("N");
   add_device_options(*scale, *options);
   scale->add_option("--count", options->count, "Number of rounds per point")
       ->capture_default_str()
@@ -493,8 +470,9 @@ Command add_bench_command(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(10, 1'000'000))
       ->type_name("N");
-  return [options, pipeline, memory, scale, limit]() {
+  return [options, pipeline, rate, memory, scale, limit]() {
     if (pipeline->parsed()) return bench_pipeline(*options);
+    if (rate->parsed()) return bench_rate(*options);
     if (limit->parsed()) return bench_limit(*options);
     if (scale->parsed()) return bench_scale(*options);
     return memory->parsed() ? bench_memory(*options) : bench(*options);

@@ -85,6 +85,7 @@ struct MainCase {
   const NumberedScene* scene;
   Steps expected;
   bool volume_waits = false;
+  bool runs_here = false;
 };
 
 void PrintTo(const MainCase& row, std::ostream* out) {
@@ -95,8 +96,11 @@ class MainScheduleTest : public testing::TestWithParam<MainCase> {};
 
 TEST_P(MainScheduleTest, DecidesTheSteps) {
   const MainCase& row = GetParam();
-  const MainStatus status{
-      .slots = {row.newest, row.other}, .newest = 0, .shown = row.shown, .volume_waits = row.volume_waits};
+  const MainStatus status{.slots = {row.newest, row.other},
+                          .newest = 0,
+                          .shown = row.shown,
+                          .volume_waits = row.volume_waits,
+                          .runs_here = row.runs_here};
   const MainSteps due = decide(status, *row.scene);
   EXPECT_EQ(Steps(due.steps().begin(), due.steps().end()), row.expected);
 }
@@ -162,6 +166,30 @@ const MainCase kMainCases[] = {
      0,
      &kBase,
      {kLightPieceOfOther, kCastBand}},
+    {"where the processor runs both, the piece alone",
+     casting(),
+     filtering(false),
+     0,
+     &kBase,
+     {kLightPieceOfOther},
+     false,
+     true},
+    {"nor does it prepare frames between two pieces",
+     filtering(false),
+     at_rest(),
+     1,
+     &kBase,
+     {kLightPiece},
+     false,
+     true},
+    {"but a light that moves without rest does not stop the cast",
+     casting(),
+     at_rest(),
+     1,
+     &kOtherLight,
+     {kLightShown, kCastBand},
+     false,
+     true},
     {"no piece goes before the older volume's", filtering(false), filtering(true), 1, &kBase, {}},
     {"nor does a finished cast", with(casting(), kAllBands), filtering(true), 1, &kBase, {}},
     {"a changed light although a private view reads the slot",
@@ -358,6 +386,7 @@ struct AcceptCase {
   const NumberedScene* scene;
   bool volume;
   bool frame;
+  bool runs_here = false;
 };
 
 void PrintTo(const AcceptCase& row, std::ostream* out) {
@@ -368,7 +397,8 @@ class AcceptTest : public testing::TestWithParam<AcceptCase> {};
 
 TEST_P(AcceptTest, DecidesWhatCanBeTaken) {
   const AcceptCase& row = GetParam();
-  const MainStatus status{.slots = {row.newest, row.other}, .newest = 0, .shown = 0};
+  const MainStatus status{
+      .slots = {row.newest, row.other}, .newest = 0, .shown = 0, .runs_here = row.runs_here};
   EXPECT_EQ(accepts_volume(status, *row.scene), row.volume);
   EXPECT_EQ(accepts_frame(status, *row.scene), row.frame);
 }
@@ -377,6 +407,8 @@ const AcceptCase kAcceptCases[] = {
     {"before the first volume", empty(), empty(), &kBase, true, false},
     {"at rest", at_rest(), at_rest(), &kBase, true, true},
     {"the newest is lit, the other slot is free", lighting(), at_rest(), &kBase, true, true},
+    {"the processor is filtering the newest", filtering(false), at_rest(), &kBase, false, true, true},
+    {"the processor has lit the newest", with(at_rest(), kOutstanding), at_rest(), &kBase, true, true, true},
     {"the newest is cast", casting(), at_rest(), &kBase, false, true},
     {"the other slot is lit", at_rest(), lighting(), &kBase, false, false},
     {"the other slot is being prepared", at_rest(), with(at_rest(), kOutstanding), &kBase, false, false},
