@@ -76,8 +76,10 @@ void CastPass::bind(const VolumeBindings& volume) {
 Result<void> CastPass::find_pipelines(const Scene& scene, const FanGeometry& geometry) {
   CastKeys keys = cast_keys(scene, geometry, config_.skipping, config_.counting);
   method_ = method_of(keys.cast);
+  finds_empty_space_ = keys.empty_space.has_value();
+  notes_reach_ = keys.dirty_tiles.has_value();
   std::optional<PipelineKey> cast = keys.cast;
-  if (casts_here()) cast = keys.cast_listed = std::nullopt;
+  if (casts_here()) cast = keys.cast_listed = keys.empty_space = keys.dirty_tiles = std::nullopt;
   const std::pair<VkPipeline*, std::optional<PipelineKey>> wanted[] = {
       {&pipelines_.cast, cast},
       {&pipelines_.empty_space, keys.empty_space},
@@ -90,7 +92,6 @@ Result<void> CastPass::find_pipelines(const Scene& scene, const FanGeometry& geo
     if (!built) return built.error();
     *pipeline = *built;
   }
-  notes_reach_ = pipelines_.dirty_tiles != VK_NULL_HANDLE;
   return {};
 }
 
@@ -131,7 +132,8 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
   reset_times();
   set_tiles(scene, parameters);
   next_tile_ = 0;
-  before_rays_due_ = casts_here();
+  end_tile_ = tiles_;
+  search_due_ = casts_here();
   listed_ = false;
   if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
     transfer_due_ = true;  // also after a cast that is given up before its first band
@@ -146,6 +148,7 @@ void CastPass::reset_times() {
   recorder_.reset_times();
   preparing_ = false;
   prepared_here_ = {};
+  cast_here_ = {};
 }
 
 Result<void> CastPass::submit() {
@@ -172,6 +175,10 @@ void CastPass::prepare_here(FrameStore& frames) {
 std::array<StageSpan, kStages> CastPass::stage_spans() const {
   auto spans = recorder_.stage_spans();
   if (prepared_here_.end_ns > 0) spans[static_cast<std::size_t>(Stage::kPrepare)] = prepared_here_;
+  if (cast_here_.end_ns > 0) {
+    StageSpan& cast = spans[static_cast<std::size_t>(Stage::kCast)];  // what came after the rays
+    cast = {.begin_ns = cast_here_.begin_ns, .end_ns = std::max(cast_here_.end_ns, cast.end_ns)};
+  }
   return spans;
 }
 
@@ -218,30 +225,72 @@ Result<void> CastPass::submit_next(const VolumeBindings& volume) {
   return submit_maps(recorder_.gpu().cast_queue());
 }
 
-/// Submits what the rays need, where the processor casts them.
-Result<void> CastPass::submit_before_rays(AngleBuffer& angles) {
-  const auto commands = recorder_.begin();
-  if (!commands) return commands.error();
-  recorder_.begin_piece(Stage::kCast);
-  record_before_rays(*commands, angles);
-  host_barrier(*commands);
-  return submit();
-}
-
 /// The next piece of pass 1 where the processor casts the rays.
 Result<void> CastPass::cast_next_here(const VolumeBindings& volume) {
-  if (std::exchange(before_rays_due_, false)) return submit_before_rays(volume.angles);
-  const std::uint32_t end = listed_ ? memory_.tile_list.mapped_as<std::uint32_t>() : tiles_;
-  const std::uint32_t tiles = std::min(band_tiles_, end - next_tile_);
+  if (std::exchange(search_due_, false)) {
+    search_here(volume, std::nullopt);
+    return {};
+  }
+  const std::uint32_t tiles = std::min(band_tiles_, end_tile_ - next_tile_);
   cast_here(volume, next_tile_, tiles);
   next_tile_ += tiles;
-  if (next_tile_ < end) return {};
+  if (next_tile_ < end_tile_) return {};
   next_tile_ = tiles_;
+  if (!has_work_after_rays()) {
+    maps_written_ = recorder_.timeline().newest();  // which is done
+    return {};
+  }
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
   recorder_.begin_piece(Stage::kCast);
+  recorder_.stamp(GpuTimestamps::kUploadBegin);
+  record_tables(*commands, volume.angles);
+  recorder_.stamp(GpuTimestamps::kCastBegin);
   record_after_rays(*commands);
   return submit_maps(recorder_.gpu().cast_queue());
+}
+
+/// Runs `task(first, end)` for pieces of some tiles on the processor. Counts as pass 1.
+template <typename Task>
+void CastPass::run_here(std::uint32_t tiles, const Task& task) {
+  const std::int64_t began_ns = now_ns();
+  if (cast_here_.begin_ns == 0) cast_here_.begin_ns = began_ns;
+  config_.ray_workers->run(groups(tiles, kTilesInPiece), [&](std::size_t, std::size_t piece) {
+    const std::uint32_t first = kTilesInPiece * static_cast<std::uint32_t>(piece);
+    task(first, std::min(first + kTilesInPiece, tiles));
+  });
+  cast_here_.end_ns = now_ns();
+  recorder_.add_ms(Stage::kCast, StageSpan{.begin_ns = began_ns, .end_ns = cast_here_.end_ns}.ms());
+}
+
+/// Finds the segments that the rays read, and where frames were `replaced` the tiles to cast again.
+void CastPass::search_here(const VolumeBindings& volume, std::optional<FrameRange> replaced) {
+  const bool notes = notes_reach_ || config_.counting == Counting::kOn;
+  const tile_search::Memory memory = {
+      .rays = &memory_.parameters.mapped_as<shaders::CastParameters>(),
+      .angle_table = volume.table.entries().data(),
+      .neighbour_min_max = volume.frames.neighbour_min_max(),
+      .segment_masks = finds_empty_space_ ? &memory_.segments.mapped_as<std::uint32_t>() : nullptr,
+      .sample_ends = notes ? &memory_.reached.mapped_as<std::uint32_t>() : nullptr};
+  if (!replaced) {
+    run_here(tiles_, [&](std::uint32_t first, std::uint32_t end) {
+      tile_search::find_segments(method_, memory, first, end);
+    });
+    return;
+  }
+  // A speckle filter across frames mixes a frame into its neighbours.
+  const auto reach = static_cast<int>(volume.frames.reach_frames());
+  const tile_search::ReplacedFrames frames = {.first = static_cast<int>(replaced->first) - reach,
+                                              .last = static_cast<int>(replaced->last) + reach};
+  std::uint32_t* const list = &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead;
+  run_here(tiles_, [&](std::uint32_t first, std::uint32_t end) {
+    tile_search::find_changes(method_, memory, frames, first, end, list);
+  });
+  // In place: no tile is listed behind its own mark.
+  end_tile_ = 0;
+  for (std::uint32_t tile = 0; tile < tiles_; ++tile) {
+    if (list[tile] != 0) list[end_tile_++] = tile;
+  }
 }
 
 ray_caster::Memory CastPass::ray_memory(const VolumeBindings& volume) const {
@@ -261,21 +310,25 @@ ray_caster::Memory CastPass::ray_memory(const VolumeBindings& volume) const {
 
 /// Casts the rays of some tiles, or of places in the list of tiles, on the processor.
 void CastPass::cast_here(const VolumeBindings& volume, std::uint32_t first, std::uint32_t tiles) {
-  const std::int64_t began_ns = now_ns();
   const ray_caster::Memory memory = ray_memory(volume);
   const std::uint32_t* const list =
       listed_ ? &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead : nullptr;
-  config_.ray_workers->run(groups(tiles, kTilesInPiece), [&](std::size_t, std::size_t piece) {
-    const std::uint32_t begin = first + kTilesInPiece * static_cast<std::uint32_t>(piece);
-    const std::uint32_t end = std::min(begin + kTilesInPiece, first + tiles);
-    ray_caster::cast_tiles(method_, memory, begin, end, list);
+  run_here(tiles, [&](std::uint32_t begin, std::uint32_t end) {
+    ray_caster::cast_tiles(method_, memory, first + begin, first + end, list);
   });
-  recorder_.add_ms(Stage::kCast, StageSpan{.begin_ns = began_ns, .end_ns = now_ns()}.ms());
 }
 
 Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_changed) {
   reset_times();
   while (volume.frames.is_prepared_here() && !volume.frames.done()) prepare_here(volume.frames);
+  ++number_;
+  weighted_ = false;
+  if (casts_here()) {
+    next_tile_ = 0;
+    listed_ = true;
+    search_here(volume, frames_changed);
+    return {};
+  }
   const auto commands = recorder_.begin();
   if (!commands) return commands.error();
   recorder_.begin_piece(Stage::kCast);
@@ -288,14 +341,6 @@ Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_ch
   record_tables(*commands, volume.angles);
   recorder_.stamp(GpuTimestamps::kCastBegin);
   record_dirty_tiles(*commands, volume.frames, frames_changed);
-  ++number_;
-  weighted_ = false;
-  if (casts_here()) {
-    next_tile_ = 0;
-    listed_ = true;
-    host_barrier(*commands);
-    return submit();
-  }
   vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.cast_listed);
   vkCmdDispatchIndirect(*commands, memory_.tile_list.get(), 0);
   record_after_rays(*commands);
@@ -316,6 +361,7 @@ Result<void> CastPass::add_weights(const Scene& wanted, const VolumeBindings& vo
   if (!commands) return commands.error();
   // They count as part of the filter.
   recorder_.begin_piece(Stage::kFilter);
+  record_tables(*commands, volume.angles);
   recorder_.stamp(GpuTimestamps::kFilterBegin);
   vkCmdBindPipeline(*commands, VK_PIPELINE_BIND_POINT_COMPUTE, *pipeline);
   vkCmdDispatch(*commands, tiles_along(size_.width), tiles_along(size_.height), 1);
@@ -351,6 +397,10 @@ void CastPass::record_before_rays(VkCommandBuffer commands, AngleBuffer& angles)
             VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
   }
   record_empty_space(commands);
+}
+
+bool CastPass::has_work_after_rays() const {
+  return pipelines_.frame_steps != VK_NULL_HANDLE || pipelines_.slice != VK_NULL_HANDLE;
 }
 
 void CastPass::record_after_rays(VkCommandBuffer commands) const {
@@ -470,12 +520,11 @@ Result<DepthMaps> CastPass::read_maps() {
       words, words + tiles_ * sizeof(glm::uvec4) / sizeof *words, std::uint64_t{0}, std::plus(),
       [](std::uint32_t word) { return static_cast<std::uint64_t>(std::popcount(word)); });
   const auto segments = static_cast<double>(std::uint64_t{tiles_} * segments_in_ray_);
-  return DepthMaps{.cast_mm = map(0),
-                   .confidence = weighted_ ? map(1) : std::vector<float>(),
-                   .smooth_mm = {},
-                   .sampled_share = pipelines_.empty_space == VK_NULL_HANDLE
-                                        ? 1
-                                        : static_cast<double>(sampled) / std::max(segments, 1.0)};
+  return DepthMaps{
+      .cast_mm = map(0),
+      .confidence = weighted_ ? map(1) : std::vector<float>(),
+      .smooth_mm = {},
+      .sampled_share = !finds_empty_space_ ? 1 : static_cast<double>(sampled) / std::max(segments, 1.0)};
 }
 
 }  // namespace fanlight

@@ -19,6 +19,7 @@
 #include "renderer/passes/depth_maps.hpp"
 #include "renderer/passes/pass_recorder.hpp"
 #include "renderer/rays/ray_caster.hpp"
+#include "renderer/rays/tile_search.hpp"
 #include "renderer/volume/angle_buffer.hpp"
 #include "renderer/volume/frame_store.hpp"
 #include "renderer/volume/render_workers.hpp"
@@ -79,8 +80,8 @@ class CastPass {
   /// Submits the next piece of work: a piece of pass 0 (some frames), or a band of pass 1 (some tiles of the
   /// picture; the first band comes with the upload of the tables). A piece of pass 0 that runs on the
   /// processor is done at the return; where it was the last one, pass 1 begins. Where the processor casts the
-  /// rays, what they need and what follows them is submitted, and a band is done at the return. Precondition:
-  /// nothing is outstanding.
+  /// rays, a band is done at the return, and what follows the last one is submitted. Precondition: nothing is
+  /// outstanding.
   Result<void> submit_next(const VolumeBindings& volume);
 
   /// Whether the processor casts the rays.
@@ -105,8 +106,9 @@ class CastPass {
     std::uint32_t last = 0;
   };
   /// Submits pass 0 for replaced frames, and pass 1 for the tiles whose rays they can have changed (dirty
-  /// tiles); where the processor casts the rays, submit_next() does until submitted(). Precondition:
-  /// notes_reach(), nothing is outstanding, the scene is that of the cast.
+  /// tiles). Where the processor runs pass 0, that is done at the return; where it casts the rays,
+  /// submit_next() does until submitted(). Precondition: notes_reach(), nothing is outstanding, the scene is
+  /// that of the cast.
   Result<void> recast(const VolumeBindings& volume, FrameRange changed);
 
   /// Whether add_weights() has work: the scene's depth filter weighs by confidence, which is not known yet,
@@ -157,14 +159,17 @@ class CastPass {
   Result<void> submit_maps(VkQueue queue);
   Result<void> submit_frames(const VolumeBindings& volume);
   void prepare_here(FrameStore& frames);
-  Result<void> submit_before_rays(AngleBuffer& angles);
   Result<void> cast_next_here(const VolumeBindings& volume);
+  void search_here(const VolumeBindings& volume, std::optional<FrameRange> replaced);
+  template <typename Task>
+  void run_here(std::uint32_t tiles, const Task& task);
   void cast_here(const VolumeBindings& volume, std::uint32_t first, std::uint32_t tiles);
   ray_caster::Memory ray_memory(const VolumeBindings& volume) const;
   using RecordCopies = std::function<void(VkCommandBuffer commands, const GpuBuffer& to)>;
   Result<GpuBuffer> copied(std::uint64_t bytes, const RecordCopies& record);
   void record_tables(VkCommandBuffer commands, AngleBuffer& angles);
   void record_before_rays(VkCommandBuffer commands, AngleBuffer& angles);
+  bool has_work_after_rays() const;
   void record_after_rays(VkCommandBuffer commands) const;
   void record_empty_space(VkCommandBuffer commands) const;
   void record_frame_steps(VkCommandBuffer commands) const;
@@ -194,15 +199,19 @@ class CastPass {
   double farthest_mm_ = 0;
   bool weighted_ = false;
   bool notes_reach_ = false;
+  bool finds_empty_space_ = false;
   std::uint32_t tiles_ = 0;       // of the whole picture
   std::uint32_t band_tiles_ = 0;  // of each band
   std::uint32_t next_tile_ = 0;   // first tile of the next band
   std::uint32_t segments_in_ray_ = 0;
-  ray_caster::Method method_;     // of casts_here()
-  bool before_rays_due_ = false;  // where casts_here(): what the rays need comes next
-  bool listed_ = false;           // where casts_here(): the rays of the dirty tiles only
-  bool preparing_ = false;        // pass 0 has begun
-  StageSpan prepared_here_;       // where the processor ran it
+  // Where casts_here().
+  ray_caster::Method method_;
+  bool search_due_ = false;     // the tiles were not searched yet
+  bool listed_ = false;         // the rays of the dirty tiles only
+  std::uint32_t end_tile_ = 0;  // behind the last tile to cast, or the last place in the list
+  StageSpan cast_here_;         // without what is submitted
+  bool preparing_ = false;      // pass 0 has begun
+  StageSpan prepared_here_;     // where the processor ran it
 
   CastMemory memory_;
   PassRecorder recorder_;

@@ -29,6 +29,21 @@ struct Rays {
   Point across_up;
 };
 
+// The angle of (across, along), whose length is given, about the second axis: angle_between() of
+// fan_volume.h.
+HWY_INLINE Floats angle_between(Floats across, Floats along, Floats length) {
+  const Floats half_tangent = across / hn::Max(length + along, all(1e-6F));
+  const Floats t = half_tangent / (all(1.0F) + hn::Sqrt(all(1.0F) + half_tangent * half_tangent));
+  const Floats u = t * t;
+  Floats series = all(1.0F / 13.0F);
+  series = all(1.0F / 11.0F) - u * series;
+  series = all(1.0F / 9.0F) - u * series;
+  series = all(1.0F / 7.0F) - u * series;
+  series = all(1.0F / 5.0F) - u * series;
+  series = all(1.0F / 3.0F) - u * series;
+  return all(4.0F) * t * (all(1.0F) - u * series);
+}
+
 class FanVolume {
  public:
   FanVolume(const Method& method, const Memory& memory)
@@ -196,19 +211,6 @@ class FanVolume {
     const Floats frame =
         mixed(hn::BitCast(kFloats, entries.first), hn::BitCast(kFloats, entries.second), position - below);
     return clamped(frame, zero(), all(rays_.last_frame));
-  }
-
-  HWY_INLINE static Floats angle_between(Floats across, Floats along, Floats length) {
-    const Floats half_tangent = across / hn::Max(length + along, all(1e-6F));
-    const Floats t = half_tangent / (all(1.0F) + hn::Sqrt(all(1.0F) + half_tangent * half_tangent));
-    const Floats u = t * t;
-    Floats series = all(1.0F / 13.0F);
-    series = all(1.0F / 11.0F) - u * series;
-    series = all(1.0F / 9.0F) - u * series;
-    series = all(1.0F / 7.0F) - u * series;
-    series = all(1.0F / 5.0F) - u * series;
-    series = all(1.0F / 3.0F) - u * series;
-    return all(4.0F) * t * (all(1.0F) - u * series);
   }
 
   // A point in voxels, and whether it was scanned.

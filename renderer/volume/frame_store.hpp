@@ -97,6 +97,8 @@ class FrameStore {
   void prepare_piece();
   /// The words that rays gather (shaders/fan_volume.h). Precondition: is_prepared_here().
   const std::uint32_t* packed_columns() const { return &packed_.mapped_as<std::uint32_t>(); }
+  /// The bounds by which rays skip empty space (shaders/neighbour_min_max.comp). Precondition as above.
+  const std::uint32_t* neighbour_min_max() const { return &bounds_.mapped_as<std::uint32_t>(); }
   /// Records pass 0 for the next piece. Precondition: !done(), !is_prepared_here(), and the descriptors of
   /// the pass are bound.
   void record_piece(VkCommandBuffer commands);

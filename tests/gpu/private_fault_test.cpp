@@ -76,7 +76,13 @@ TEST_F(PrivateFaultTest, NoMemory) {
                                "VK_ERROR_OUT_OF_DEVICE_MEMORY");
 }
 
-TEST_F(PrivateFaultTest, NoPipeline) {
+/// The processor needs no pipeline for the rays.
+class PrivateShaderFaultTest : public PrivateFaultTest {
+ protected:
+  PrivateShaderFaultTest() { sampling_ = Sampling::kTexture; }
+};
+
+TEST_F(PrivateShaderFaultTest, NoPipeline) {
   aside_.detector.window_mm *= 2;  // a constant of the shader that casts
   expect_end_of_the_view_alone({.call = GpuCall::kBuildPipeline, .result = VK_ERROR_OUT_OF_HOST_MEMORY},
                                "vkCreateComputePipelines");
