@@ -105,7 +105,7 @@ Result<void> PrivateRenderer::retry_held() {
 
 void PrivateRenderer::drop_held() {
   for (ViewState& state : states_) {
-    if (state.cast) state.cast->recorder().drop_held();
+    if (state.cast) state.cast->drop_held();
     if (state.light) state.light->recorder().drop_held();
   }
 }

@@ -77,8 +77,8 @@ class Renderer {
     const Gpu& gpu;
     RenderCounters& counters;
     /// The device of passes 2 and 3 of the main view; null: `gpu`. With RenderDevice::light_gpu they run
-    /// at the same time as pass 1 on a processor too, where it does not cast the rays itself. A fault of one
-    /// device counts as a fault of both.
+    /// at the same time as pass 1 on a processor too. Ignored where the processor casts the rays itself. A
+    /// fault of one device counts as a fault of both.
     const Gpu* light_gpu = nullptr;
     /// Keeps the pipelines for the next renderer on these devices; null: they end with this renderer.
     PipelineStore* store = nullptr;

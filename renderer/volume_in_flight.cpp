@@ -9,7 +9,10 @@ namespace fanlight {
 Result<VolumeInFlight> VolumeInFlight::create(const PassDevice& device, const Config& config,
                                               const PassDevice* light) {
   VolumeInFlight made(device, config);
-  auto angles = AngleBuffer::create(*device.gpu, made.table_.entries().size());
+  // Where the processor casts, what follows the rays may never be submitted.
+  auto angles =
+      AngleBuffer::create(*device.gpu, made.table_.entries().size(),
+                          config.ray_workers != nullptr ? BufferPlace::kToGpu : BufferPlace::kDevice);
   if (!angles) return angles.error();
   made.angles_ = std::move(*angles);
   if (auto frames = made.create_frames(config.geometry, config.usual_frames); !frames) return frames.error();
@@ -80,7 +83,7 @@ Result<void> VolumeInFlight::retry_held() {
 }
 
 void VolumeInFlight::drop_held() {
-  cast_.recorder().drop_held();
+  cast_.drop_held();
   light_.recorder().drop_held();
 }
 

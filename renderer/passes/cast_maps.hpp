@@ -12,8 +12,8 @@ namespace fanlight {
 /// What pass 1 passes to passes 2 and 3: height x width, top row first. LightPass reads the maps of a
 /// CastPass where they are, or a copy of them.
 struct CastMaps {
-  /// `place`: kDevice, or, for copies between two devices by the host, kFromGpu of the original and kToGpu of
-  /// the copy. Error: no memory on the GPU.
+  /// `place`: kDevice, or, for copies by the host, kFromGpu of the original and kToGpu of the copy. Error: no
+  /// memory on the GPU.
   static Result<CastMaps> create(const Gpu& gpu, PictureSize size, BufferPlace place);
 
   void write_to(const DescriptorSets& descriptors) const;

@@ -25,6 +25,8 @@ constexpr std::uint32_t kTilesInGroup = 8;
 
 // Tiles that a thread of the processor casts at a time: a picture has some thousand.
 constexpr std::uint32_t kTilesInPiece = 8;
+// And searches between two looks at what else is due: some milliseconds.
+constexpr std::uint32_t kTilesInSearch = 4096;
 // A list of tiles begins with the sizes of its dispatch, of which the first is its length (dirty_tiles.comp).
 constexpr std::size_t kListHead = 3;
 
@@ -133,8 +135,8 @@ Result<void> CastPass::begin(const Scene& wanted, const VolumeBindings& volume) 
   set_tiles(scene, parameters);
   next_tile_ = 0;
   end_tile_ = tiles_;
-  search_due_ = casts_here();
-  listed_ = false;
+  next_searched_ = 0;
+  replaced_.reset();
   if (transferred_ != scene.transfer || transferred_step_mm_ != parameters.step) {
     transfer_due_ = true;  // also after a cast that is given up before its first band
     memory_.staged_transfer.mapped_as<TransferTable>() = transfer_table(scene.transfer, parameters.step);
@@ -227,8 +229,8 @@ Result<void> CastPass::submit_next(const VolumeBindings& volume) {
 
 /// The next piece of pass 1 where the processor casts the rays.
 Result<void> CastPass::cast_next_here(const VolumeBindings& volume) {
-  if (std::exchange(search_due_, false)) {
-    search_here(volume, std::nullopt);
+  if (next_searched_ < tiles_) {
+    search_next_here(volume);
     return {};
   }
   const std::uint32_t tiles = std::min(band_tiles_, end_tile_ - next_tile_);
@@ -263,8 +265,8 @@ void CastPass::run_here(std::uint32_t tiles, const Task& task) {
   recorder_.add_ms(Stage::kCast, StageSpan{.begin_ns = began_ns, .end_ns = cast_here_.end_ns}.ms());
 }
 
-/// Finds the segments that the rays read, and where frames were `replaced` the tiles to cast again.
-void CastPass::search_here(const VolumeBindings& volume, std::optional<FrameRange> replaced) {
+/// Finds in some more tiles the segments that the rays read, and whether replaced frames change them.
+void CastPass::search_next_here(const VolumeBindings& volume) {
   const bool notes = notes_reach_ || config_.counting == Counting::kOn;
   const tile_search::Memory memory = {
       .rays = &memory_.parameters.mapped_as<shaders::CastParameters>(),
@@ -272,22 +274,30 @@ void CastPass::search_here(const VolumeBindings& volume, std::optional<FrameRang
       .neighbour_min_max = volume.frames.neighbour_min_max(),
       .segment_masks = finds_empty_space_ ? &memory_.segments.mapped_as<std::uint32_t>() : nullptr,
       .sample_ends = notes ? &memory_.reached.mapped_as<std::uint32_t>() : nullptr};
-  if (!replaced) {
-    run_here(tiles_, [&](std::uint32_t first, std::uint32_t end) {
-      tile_search::find_segments(method_, memory, first, end);
+  const std::uint32_t from = next_searched_;
+  const std::uint32_t tiles = std::min(kTilesInSearch, tiles_ - from);
+  next_searched_ += tiles;
+  if (!replaced_) {
+    run_here(tiles, [&](std::uint32_t first, std::uint32_t end) {
+      tile_search::find_segments(method_, memory, from + first, from + end);
     });
     return;
   }
   // A speckle filter across frames mixes a frame into its neighbours.
   const auto reach = static_cast<int>(volume.frames.reach_frames());
-  const tile_search::ReplacedFrames frames = {.first = static_cast<int>(replaced->first) - reach,
-                                              .last = static_cast<int>(replaced->last) + reach};
-  std::uint32_t* const list = &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead;
-  run_here(tiles_, [&](std::uint32_t first, std::uint32_t end) {
-    tile_search::find_changes(method_, memory, frames, first, end, list);
+  const tile_search::ReplacedFrames frames = {.first = static_cast<int>(replaced_->first) - reach,
+                                              .last = static_cast<int>(replaced_->last) + reach};
+  std::uint32_t* const marks = &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead;
+  run_here(tiles, [&](std::uint32_t first, std::uint32_t end) {
+    tile_search::find_changes(method_, memory, frames, from + first, from + end, marks);
   });
-  // In place: no tile is listed behind its own mark.
-  end_tile_ = 0;
+  if (next_searched_ == tiles_) list_dirty_tiles();
+}
+
+/// Puts the numbers of the marked tiles in the place of the marks.
+void CastPass::list_dirty_tiles() {
+  std::uint32_t* const list = &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead;
+  end_tile_ = 0;  // no tile is listed behind its own mark
   for (std::uint32_t tile = 0; tile < tiles_; ++tile) {
     if (list[tile] != 0) list[end_tile_++] = tile;
   }
@@ -312,7 +322,7 @@ ray_caster::Memory CastPass::ray_memory(const VolumeBindings& volume) const {
 void CastPass::cast_here(const VolumeBindings& volume, std::uint32_t first, std::uint32_t tiles) {
   const ray_caster::Memory memory = ray_memory(volume);
   const std::uint32_t* const list =
-      listed_ ? &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead : nullptr;
+      replaced_ ? &memory_.tile_list.mapped_as<std::uint32_t>() + kListHead : nullptr;
   run_here(tiles, [&](std::uint32_t begin, std::uint32_t end) {
     ray_caster::cast_tiles(method_, memory, first + begin, first + end, list);
   });
@@ -324,9 +334,8 @@ Result<void> CastPass::recast(const VolumeBindings& volume, FrameRange frames_ch
   ++number_;
   weighted_ = false;
   if (casts_here()) {
-    next_tile_ = 0;
-    listed_ = true;
-    search_here(volume, frames_changed);
+    next_tile_ = next_searched_ = 0;
+    replaced_ = frames_changed;
     return {};
   }
   const auto commands = recorder_.begin();
@@ -373,9 +382,14 @@ Result<void> CastPass::add_weights(const Scene& wanted, const VolumeBindings& vo
   return {};
 }
 
+void CastPass::drop_held() {
+  recorder_.drop_held();
+  transfer_due_ = transferred_.has_value();  // the table may have been part of it
+}
+
 void CastPass::drop_held_weights() {
   if (!recorder_.timeline().holds()) return;
-  recorder_.drop_held();
+  drop_held();
   maps_written_ = recorder_.timeline().newest();
   weighted_ = false;
 }

@@ -107,8 +107,8 @@ class CastPass {
   };
   /// Submits pass 0 for replaced frames, and pass 1 for the tiles whose rays they can have changed (dirty
   /// tiles). Where the processor runs pass 0, that is done at the return; where it casts the rays,
-  /// submit_next() does until submitted(). Precondition: notes_reach(), nothing is outstanding, the scene is
-  /// that of the cast.
+  /// submit_next() does the rest until submitted(). Precondition: notes_reach(), nothing is outstanding, the
+  /// scene is that of the cast.
   Result<void> recast(const VolumeBindings& volume, FrameRange changed);
 
   /// Whether add_weights() has work: the scene's depth filter weighs by confidence, which is not known yet,
@@ -121,6 +121,8 @@ class CastPass {
   /// Forgets weights whose submission is held for lack of memory: a light on the same queue would wait for
   /// them in vain, since they would come after it.
   void drop_held_weights();
+  /// Forgets a submission that is held for lack of memory.
+  void drop_held();
 
   const CastMaps& maps() const { return memory_.maps; }
   /// Reached when the GPU has written the maps, or their weights.
@@ -160,7 +162,8 @@ class CastPass {
   Result<void> submit_frames(const VolumeBindings& volume);
   void prepare_here(FrameStore& frames);
   Result<void> cast_next_here(const VolumeBindings& volume);
-  void search_here(const VolumeBindings& volume, std::optional<FrameRange> replaced);
+  void search_next_here(const VolumeBindings& volume);
+  void list_dirty_tiles();
   template <typename Task>
   void run_here(std::uint32_t tiles, const Task& task);
   void cast_here(const VolumeBindings& volume, std::uint32_t first, std::uint32_t tiles);
@@ -204,14 +207,14 @@ class CastPass {
   std::uint32_t band_tiles_ = 0;  // of each band
   std::uint32_t next_tile_ = 0;   // first tile of the next band
   std::uint32_t segments_in_ray_ = 0;
+  bool preparing_ = false;   // pass 0 has begun
+  StageSpan prepared_here_;  // where the processor ran it
   // Where casts_here().
   ray_caster::Method method_;
-  bool search_due_ = false;     // the tiles were not searched yet
-  bool listed_ = false;         // the rays of the dirty tiles only
-  std::uint32_t end_tile_ = 0;  // behind the last tile to cast, or the last place in the list
-  StageSpan cast_here_;         // without what is submitted
-  bool preparing_ = false;      // pass 0 has begun
-  StageSpan prepared_here_;     // where the processor ran it
+  std::uint32_t next_searched_ = 0;     // the tiles before it were searched
+  std::optional<FrameRange> replaced_;  // of a recast, for which the dirty tiles are listed
+  std::uint32_t end_tile_ = 0;          // behind the last tile to cast, or the last place in the list
+  StageSpan cast_here_;                 // without what is submitted
 
   CastMemory memory_;
   PassRecorder recorder_;

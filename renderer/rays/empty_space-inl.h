@@ -62,7 +62,7 @@ class EmptySpace {
     SegmentLevels levels;
     for (int before = 0; before < kMostReach; ++before) levels.set(before - kMostReach, 255.0F, 0.0F);
     for (int segment = 0; segment < count; segment += kStep)
-      levels.set(segment, levels_in(boxes_of(lines, segment)));
+      levels.set(segment, levels_in(boxes_of(lines, segment), count - segment));
     SegmentMask mask = {};
     for (int segment = 0; segment < count; segment += kStep) {
       std::uint32_t bits = bits_of(counts(levels, segment));
@@ -151,14 +151,16 @@ class EmptySpace {
   struct Places {
     Floats first;
     Floats last;
-    int most;  // of any box
+    int most;  // of any box that counts
 
     Floats place(int number, float step) const {
       return hn::Min(first + all(step * static_cast<float>(number)), last);
     }
   };
-  static Places places_in(const Range& range, float step) {
-    const Floats steps = hn::Max(hn::Floor((range.last - range.first) * all(1.0F / step)), zero());
+  // `counts`: the boxes that are of interest. Others may be read in part.
+  static Places places_in(const Range& range, float step, Mask counts) {
+    const Floats length = hn::IfThenElseZero(counts, range.last - range.first);
+    const Floats steps = hn::Max(hn::Floor(length * all(1.0F / step)), zero());
     const LaneFloats each = stored(steps);
     return {range.first, range.first + steps * all(step),
             1 + static_cast<int>(*std::max_element(each.lane, each.lane + kLanes))};
@@ -168,17 +170,19 @@ class EmptySpace {
     return {hn::Floor(pixels.first * all(kShare)), hn::Floor(pixels.last * all(kShare))};
   }
 
-  // Of the voxels in each box. A place may be read twice: that changes no minimum.
-  Levels levels_in(const Boxes& boxes) const {
+  // Of the voxels in the first `count` boxes. A place may be read twice: that changes no minimum.
+  Levels levels_in(const Boxes& boxes, int count) const {
     constexpr auto kBound = static_cast<float>(FANLIGHT_BLOCKS_IN_BOUND);
-    const Places frames = places_in(boxes.frames, 1.0F);
-    const Places columns = places_in(blocks_of(boxes.columns), kBound);
-    const Places rows = places_in(blocks_of(boxes.rows), kBound);
     const Integers across = hn::Set(kIntegers, blocks_along(rays_.last_column));
     const Integers down = hn::Set(kIntegers, blocks_along(rays_.last_row));
     const Mask empty = hn::Or(
         hn::Lt(boxes.frames.last, boxes.frames.first),
         hn::Or(hn::Lt(boxes.columns.last, boxes.columns.first), hn::Lt(boxes.rows.last, boxes.rows.first)));
+    const Mask present = hn::Lt(hn::Iota(kFloats, 0.0F), all(static_cast<float>(count)));
+    const Mask filled = hn::AndNot(empty, present);
+    const Places frames = places_in(boxes.frames, 1.0F, filled);
+    const Places columns = places_in(blocks_of(boxes.columns), kBound, filled);
+    const Places rows = places_in(blocks_of(boxes.rows), kBound, filled);
     Words least = hn::Set(kWords, 0xFFU);
     Words greatest = hn::Zero(kWords);
     for (int frame = 0; frame < frames.most; ++frame) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intervals of rays. Included once for each instruction set, by ray_caster.cpp.
+// Intervals of rays. Included once for each instruction set, by ray_caster.cpp and by tile_search.cpp.
 #if defined(FANLIGHT_RENDERER_RAYS_RAY_LANES) == defined(HWY_TARGET_TOGGLE)
 #ifdef FANLIGHT_RENDERER_RAYS_RAY_LANES
 #undef FANLIGHT_RENDERER_RAYS_RAY_LANES

@@ -17,11 +17,12 @@ bool replaces_frames(const MainStatus& status, const NumberedScene& scene) {
 }
 
 /// Where volumes come faster than casts, the frames of the volume that waits are prepared between two bands,
-/// so that its pass 1 starts when this cast ends, at the same time as passes 2 and 3. This delays the cast by
+/// so that its pass 1 starts when this cast ends, at the same time as passes 2 and 3. (Where the processor
+/// runs all of them, one after the other, that is of no use.) This delays the cast by
 /// pass 0, and is wasted where a newer volume completes before the cast ends: so it is done late in the cast,
 /// and only without a speckle filter: on a GPU pass 0 takes longer than pass 1 with one.
 bool prepares_between_bands(const MainStatus& status, const NumberedScene& scene) {
-  return status.volume_waits && status.slots[status.newest].cast_nearly_submitted &&
+  return !status.runs_here && status.volume_waits && status.slots[status.newest].cast_nearly_submitted &&
          status.slots[status.other()].frames_staged && scene.scene.speckle.filter == SpeckleFilter::kNone &&
          !replaces_frames(status, scene) && accepts_frame(status, scene);
 }

@@ -15,26 +15,29 @@ using Pair = std::array<float, 2>;
 
 }  // namespace
 
-Result<AngleBuffer> AngleBuffer::create(const Gpu& gpu, std::uint64_t entries_at_most) {
+Result<AngleBuffer> AngleBuffer::create(const Gpu& gpu, std::uint64_t entries_at_most, BufferPlace place) {
   AngleBuffer made;
   const std::uint64_t bytes = entries_at_most * sizeof(Pair);
-  auto staged = GpuBuffer::create(gpu, "staged angle table", bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
-                                  BufferPlace::kToGpu);
-  if (!staged) return staged.error();
-  made.staged_ = std::move(*staged);
+  made.is_staged_ = place == BufferPlace::kDevice;
+  if (made.is_staged_) {
+    auto staged = GpuBuffer::create(gpu, "staged angle table", bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+                                    BufferPlace::kToGpu);
+    if (!staged) return staged.error();
+    made.staged_ = std::move(*staged);
+  }
   auto entries = GpuBuffer::create(
       gpu, "angle table", bytes, VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-      BufferPlace::kDevice, VK_FORMAT_R32G32_SFLOAT);
+      place, VK_FORMAT_R32G32_SFLOAT);
   if (!entries) return entries.error();
   made.entries_ = std::move(*entries);
   return made;
 }
 
 void AngleBuffer::put(std::span<const float> entries) {
-  auto* const pairs = &staged_.mapped_as<Pair>();
+  auto* const pairs = &(is_staged_ ? staged_ : entries_).mapped_as<Pair>();
   for (std::size_t i = 0; i < entries.size(); ++i)
     pairs[i] = {entries[i], entries[std::min(i + 1, entries.size() - 1)]};
-  due_ = true;
+  due_ = is_staged_;
 }
 
 void AngleBuffer::record(VkCommandBuffer commands) {

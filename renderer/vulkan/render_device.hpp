@@ -31,8 +31,8 @@ struct DeviceOptions {
   std::optional<BufferAccess> access{};
   /// Opens RenderDevice::light_gpu too, where the device is a processor.
   bool own_light_device = false;
-  /// Where the device of pass 1 is a processor, its threads get a lower priority: a moved light, the encoder
-  /// and the network go before pass 1.
+  /// Where the device of pass 1 is a processor, the threads of its driver get a lower priority: the encoder,
+  /// the network and, with an own_light_device, a moved light go before them.
   bool in_background = false;
 };
 

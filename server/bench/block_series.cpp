@@ -28,8 +28,11 @@ void BlockSeries::add(const BlockTrace& block) {
     return std::ranges::find(block.volumes, encoding.volume_id, &VolumeTrace::volume_id) -
            block.volumes.begin();
   };
-  figures_.volumes_a_second.push_back(static_cast<double>(place_of(last) - place_of(first)) * 1e9 /
-                                      static_cast<double>(last.span.end_ns - first.span.end_ns));
+  // One picture alone has no rate.
+  if (first.volume_id != last.volume_id) {
+    figures_.volumes_a_second.push_back(static_cast<double>(place_of(last) - place_of(first)) * 1e9 /
+                                        static_cast<double>(last.span.end_ns - first.span.end_ns));
+  }
   figures_.volumes += block.volumes.size();
   figures_.dropped +=
       block.volumes.back().volume_id - block.volumes.front().volume_id + 1 - block.volumes.size();

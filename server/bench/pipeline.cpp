@@ -82,9 +82,7 @@ std::string_view pipeline_mechanism(const RenderDevice& device) {
   }
   const bool is_processor = device.gpu->candidate().kind == kProcessorKind;
   if (is_processor && !live_device_options().own_light_device) {
-    return "no queue: all passes are C++ on the threads of the processor and take turns there, at the same "
-           "time "
-           "as encoding";
+    return "one processor: its threads run all passes in turn, at the same time as encoding";
   }
   if (device.gpu->cast_queue() != device.gpu->light_queue()) {
     return "two queues of one device: passes 2 and 3 run on one of them, at the same time as pass 1 on the "

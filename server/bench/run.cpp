@@ -72,6 +72,7 @@ Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row
 }
 
 double quantile(std::vector<double> times_ms, double share) {
+  if (times_ms.empty()) return 0;
   std::ranges::sort(times_ms);
   const double place = share * static_cast<double>(times_ms.size() - 1);
   const auto below = static_cast<std::size_t>(place);

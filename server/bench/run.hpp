@@ -28,7 +28,7 @@ struct BenchTimes {
 ///   cast_unskipped  as whole_volume, but pass 1 alone and without empty-space skipping
 Result<BenchTimes> run_bench_row(const RenderDevice& device, const BenchRow& row, int rounds);
 
-/// The quantile of the times for a share from 0 to 1.
+/// The quantile of the times for a share from 0 to 1; 0 without times.
 double quantile(std::vector<double> times_ms, double share);
 
 }  // namespace fanlight

@@ -458,7 +458,7 @@ Command add_bench_command(CLI::App& program) {
       ->type_name("HZ");
   rate->add_option("--volumes", options->rate_volumes, "Number of volumes per block")
       ->capture_default_str()
-      ->check(CLI::Range(1, 10000))
+      ->check(CLI::Range(2, 10000))
       ->type_name("N");
   add_device_options(*scale, *options);
   scale->add_option("--count", options->count, "Number of rounds per point")

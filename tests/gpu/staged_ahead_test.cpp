@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of the next volume that are staged and prepared in the middle of a cast.
+// Frames of the next volume that are staged and prepared in the middle of a cast, by shaders: a processor
+// that runs all passes itself gains nothing from it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,7 +49,7 @@ class StagedAheadTest : public GpuTest {
   }
 
   std::unique_ptr<Renderer> renderer() {
-    return made_renderer(kGeometry, angles_rad_, {128, 128}, scene_, counters_, {.own_light_device = true});
+    return made_renderer(kGeometry, angles_rad_, {128, 128}, scene_, counters_, {.rays_by_shader = true});
   }
 
   /// Loads volume 1, shows it, and begins to cast volume 2, so that the renderer takes frames of volume 3.

@@ -56,8 +56,8 @@ export class Connection {
   }
 
   /**
-   * Messages are discarded while the connection is down, and before the login: the server would refuse them, and the
-   * page would show that as the answer to the login.
+   * Messages are discarded while the connection is down. So is all but a login before the server's hello: the server
+   * would refuse it, and the page would show that as the answer to the login.
    */
   send(body: ClientBody): void {
     if (this.socket?.readyState !== WebSocket.OPEN || !body) return;
