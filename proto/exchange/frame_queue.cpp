@@ -24,10 +24,6 @@ bool FrameQueue::has_room() {
   return room;
 }
 
-std::uint8_t* FrameQueue::next_slot_pixels() {
-  return pixels_.get() + largest_frame_bytes_ * (put_.load(std::memory_order_relaxed) % slots_.size());
-}
-
 void FrameQueue::publish(const QueuedFrame& frame) {
   const std::uint64_t number = put_.load(std::memory_order_relaxed);
   slots_[number % slots_.size()] = frame;
@@ -51,12 +47,16 @@ std::span<std::uint8_t> FrameQueue::reserve(std::uint64_t bytes) {
     return {};
   }
   if (!has_room()) return {};
-  reserved_bytes_ = bytes;
-  return {next_slot_pixels(), bytes};
+  const std::uint64_t number = put_.load(std::memory_order_relaxed);
+  if (number == popped_.load(std::memory_order_acquire)) first_slot_number_ = number;
+  // Those in the queue have consecutive numbers, so no two of them share a slot.
+  const std::uint64_t slot = (number - first_slot_number_) % slots_.size();
+  reserved_ = {pixels_.get() + largest_frame_bytes_ * slot, bytes};
+  return reserved_;
 }
 
 void FrameQueue::commit(const FrameStamp& stamp, const FanGeometry& geometry) {
-  publish({.stamp = stamp, .geometry = geometry, .pixels = {next_slot_pixels(), reserved_bytes_}});
+  publish({.stamp = stamp, .geometry = geometry, .pixels = reserved_});
 }
 
 bool FrameQueue::put_fault(const FrameStamp& stamp, const FanGeometry& geometry, FrameFault fault) {

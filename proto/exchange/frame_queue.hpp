@@ -28,7 +28,9 @@ struct QueuedFrame {
 /// reader), ahead of the volume of these frames. The volume may still be dropped. If the queue
 /// is full, the frame is counted and not queued: the volume contains it in any case.
 ///
-/// The constructor allocates all memory; afterwards no call locks, allocates or blocks.
+/// The constructor reserves address space for all slots; afterwards no call locks, allocates or blocks. A
+/// slot's pages are used from its first frame on. A queue that runs empty begins again with the first slot,
+/// so that a reader which keeps up costs the pages of a few frames, whatever the capacity is.
 class FrameQueue {
  public:
   struct Config {
@@ -68,16 +70,17 @@ class FrameQueue {
 
  private:
   bool has_room();  // counts where not
-  std::uint8_t* next_slot_pixels();
   void publish(const QueuedFrame& frame);
 
   std::uint64_t largest_frame_bytes_;
   Dependencies dependencies_;
   std::unique_ptr<std::uint8_t[]> pixels_;  // of all slots, largest_frame_bytes_ each
   std::vector<QueuedFrame> slots_;
+  // Writer only.
+  std::span<std::uint8_t> reserved_;
+  std::uint64_t first_slot_number_ = 0;  // of the frame that found the queue empty last
   // Numbers of frames put and popped so far. A slot belongs to the writer until put_ has passed it, and to
   // the reader until popped_ has.
-  std::uint64_t reserved_bytes_ = 0;  // writer only
   std::atomic<std::uint64_t> put_{0};
   std::atomic<std::uint64_t> popped_{0};
   QueueCounters counters_;

@@ -126,16 +126,48 @@ TEST_F(FrameQueueTest, AFrameThatIsTooLargeIsNotFed) {
   expect_next(5);
 }
 
-TEST_F(FrameQueueTest, UsesTheSameMemoryAgainAndAgain) {
-  std::set<const std::uint8_t*> places;
-  for (std::uint64_t commit_number = 1; commit_number <= 10 * kSlots; ++commit_number) {
-    EXPECT_TRUE(put(queue_, commit_number));
-    ASSERT_NE(queue_.front(), nullptr);
-    places.insert(queue_.front()->pixels.data());
-    expect_next(commit_number);
+// A queue that holds `waiting` frames at most uses the memory of so many, again and again.
+TEST_F(FrameQueueTest, UsesTheMemoryOfTheFramesThatWait) {
+  std::uint64_t commit_number = 0;
+  for (std::uint64_t waiting = 1; waiting <= kSlots; ++waiting) {
+    std::set<const std::uint8_t*> places;
+    for (int round = 0; round < 10; ++round) {
+      for (std::uint64_t i = 1; i <= waiting; ++i) EXPECT_TRUE(put(queue_, commit_number + i));
+      for (std::uint64_t i = 1; i <= waiting; ++i) {
+        ASSERT_NE(queue_.front(), nullptr);
+        places.insert(queue_.front()->pixels.data());
+        expect_next(commit_number + i);
+      }
+      commit_number += waiting;
+    }
+    EXPECT_EQ(places.size(), waiting);
+    EXPECT_EQ(*places.rbegin() - *places.begin(), (waiting - 1) * kMostColumns * kRows) << "not one block";
   }
-  EXPECT_EQ(places.size(), kSlots);
-  EXPECT_EQ(*places.rbegin() - *places.begin(), (kSlots - 1) * kMostColumns * kRows) << "not one block";
+}
+
+// Faults take a place in the queue, but no memory. The queue never runs empty here.
+TEST_F(FrameQueueTest, FramesThatWaitNeverShareMemory) {
+  std::uint64_t put_last = 0;
+  std::uint64_t read_last = 0;
+  for (int round = 0; round < 50; ++round) {
+    while (put_last - read_last < kSlots) {
+      ++put_last;
+      if (put_last % 3 == 0) {
+        ASSERT_TRUE(
+            queue_.put_fault({.commit_number = put_last}, geometry_of(put_last), FrameFault::kMisfit));
+      } else {
+        ASSERT_TRUE(put(queue_, put_last));
+      }
+    }
+    while (put_last - read_last > 1) {
+      const QueuedFrame* const frame = queue_.front();
+      ASSERT_NE(frame, nullptr);
+      ASSERT_EQ(frame->stamp.commit_number, ++read_last);
+      if (frame->fault == FrameFault::kNone) expect_whole(*frame);
+      ASSERT_FALSE(HasFatalFailure());
+      queue_.pop();
+    }
+  }
 }
 
 // Run with the thread sanitizer. The reader starts when the queue is full, so that frames are refused. Every
