@@ -24,10 +24,18 @@ bool is_processor(const Gpu& gpu) {
   return gpu.candidate().kind == kProcessorKind;
 }
 
+/// Some GPUs limit textures to 2048 voxels each way, fewer than scan lines may have samples. Buffers have no
+/// such limit.
+Sampling suitable_sampling(const Gpu& gpu, std::uint32_t longest_side) {
+  const bool as_texture = !is_processor(gpu) && longest_side <= gpu.limits().maxImageDimension3D;
+  return as_texture ? Sampling::kTexture : Sampling::kGathering;
+}
+
 }  // namespace
 
-CastMeans::CastMeans(const Gpu& gpu, std::optional<Sampling> wanted, bool rays_by_shader)
-    : sampling(wanted.value_or(is_processor(gpu) ? Sampling::kGathering : Sampling::kTexture)),
+CastMeans::CastMeans(const Gpu& gpu, std::optional<Sampling> wanted, std::uint32_t longest_side,
+                     bool rays_by_shader)
+    : sampling(wanted.value_or(suitable_sampling(gpu, longest_side))),
       band_samples(is_processor(gpu) ? kProcessorBand : kGpuBand),
       workers(sampling == Sampling::kGathering ? std::make_unique<RenderWorkers>() : nullptr),
       casts_here(is_processor(gpu) && workers && !rays_by_shader && ray_caster::is_fast()) {}

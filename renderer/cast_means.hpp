@@ -15,8 +15,9 @@ namespace fanlight {
 
 /// How passes 0 and 1 run on a device, as suits it.
 struct CastMeans {
-  /// `wanted`: absent: the one that suits the device. `rays_by_shader`: as Renderer::Config.
-  CastMeans(const Gpu& gpu, std::optional<Sampling> wanted, bool rays_by_shader);
+  /// `wanted`: absent: the one that suits the device and volumes of `longest_side` voxels. `rays_by_shader`:
+  /// as Renderer::Config.
+  CastMeans(const Gpu& gpu, std::optional<Sampling> wanted, std::uint32_t longest_side, bool rays_by_shader);
 
   Sampling sampling;
   std::uint64_t band_samples;              ///< approximate limit of samples in a band of pass 1

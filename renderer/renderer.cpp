@@ -38,7 +38,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Config& config, const D
                                                    const NumberedScene& scene) {
   const Gpu& gpu = dependencies.gpu;
   if (auto fits = check_sizes(config.size, config.largest(), gpu.limits()); !fits) return fits.error();
-  CastMeans means(gpu, config.sampling, config.rays_by_shader);
+  const std::uint32_t longest_side =
+      std::max({config.geometry.columns, config.geometry.rows, config.frame_capacity});
+  CastMeans means(gpu, config.sampling, longest_side, config.rays_by_shader);
   if (config.band_samples) means.band_samples = *config.band_samples;
   // What the processor runs itself needs no other device, and no pipelines.
   Dependencies used = dependencies;

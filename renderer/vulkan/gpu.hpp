@@ -18,6 +18,8 @@ namespace fanlight {
 
 /// The kind of a candidate that renders on the processor (lavapipe).
 inline constexpr std::string_view kProcessorKind = "processor";
+/// The kind of such a candidate where it stands in for a GPU.
+inline constexpr std::string_view kStandInKind = "processor in place of a GPU";
 
 /// A GPU of this machine, and why it cannot be used.
 struct GpuCandidate {
@@ -38,6 +40,9 @@ class GpuInstance {
     bool validation = false;
     /// Counts the messages of several instances; must outlive them. Null: each counts its own.
     Counter* messages = nullptr;
+    /// A driver on the processor counts as a GPU (kStandInKind): shaders run every pass, as they do there.
+    /// For tests of what runs on GPUs.
+    bool processor_as_gpu = false;
   };
   /// Errors: kNotFound where no Vulkan driver, or no validation layer, is installed.
   static Result<std::unique_ptr<GpuInstance>> create(const Config& config);
@@ -64,7 +69,7 @@ class GpuInstance {
  private:
   GpuInstance() = default;
   Result<void> create_instance(const Config& config);
-  Result<void> find_candidates();
+  Result<void> find_candidates(const Config& config);
 
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;

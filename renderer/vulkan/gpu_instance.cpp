@@ -176,7 +176,7 @@ Result<std::unique_ptr<GpuInstance>> GpuInstance::create(const Config& config) {
                  "vulkan-validationlayers"};
   }
   if (auto created = made->create_instance(config); !created) return created.error();
-  if (auto found = made->find_candidates(); !found) return found.error();
+  if (auto found = made->find_candidates(config); !found) return found.error();
   return made;
 }
 
@@ -229,7 +229,7 @@ GpuInstance::~GpuInstance() {
   if (instance_ != VK_NULL_HANDLE) vkDestroyInstance(instance_, nullptr);
 }
 
-Result<void> GpuInstance::find_candidates() {
+Result<void> GpuInstance::find_candidates(const Config& config) {
   std::uint32_t count = 0;
   VkResult result = vkEnumeratePhysicalDevices(instance_, &count, nullptr);
   std::vector<VkPhysicalDevice> physicals(count);
@@ -237,7 +237,10 @@ Result<void> GpuInstance::find_candidates() {
   // Loaders differ in whether an instance without any working driver fails here or is merely empty.
   if (result == VK_ERROR_INITIALIZATION_FAILED) return {};
   if (result != VK_SUCCESS) return vulkan_error("vkEnumeratePhysicalDevices", result);
-  for (const VkPhysicalDevice physical : physicals) candidates_.push_back(examine(physical));
+  for (const VkPhysicalDevice physical : physicals) {
+    GpuCandidate& candidate = candidates_.emplace_back(examine(physical));
+    if (config.processor_as_gpu && candidate.kind == kProcessorKind) candidate.kind = kStandInKind;
+  }
   std::ranges::stable_sort(candidates_, {}, [](const GpuCandidate& candidate) {
     return std::tuple(!candidate.refusals.empty(), rank(candidate.kind));
   });

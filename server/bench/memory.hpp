@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <string_view>
+#include <vector>
 
 #include "renderer/vulkan/render_device.hpp"
 #include "server/bench/rows.hpp"
@@ -17,9 +19,36 @@ struct HeldMemory {
   double ring_mb = 0;         ///< of it, the pixels of the volumes that stand in for a ring's
 };
 
+/// A part of the resident memory of this process.
+struct MemoryPart {
+  std::string_view name;
+  double mb = 0;  ///< 10^6 bytes
+};
+
+/// Tells which step has allocated how much of the memory of this process: by how much each has raised the
+/// resident memory without a file behind it. What a step frees, and a later one uses again, counts for the
+/// first alone.
+class MemoryLedger {
+ public:
+  /// What was allocated so far is the first part.
+  MemoryLedger() { note("start of the program"); }
+  void note(std::string_view step);
+  const std::vector<MemoryPart>& parts() const { return parts_; }
+
+ private:
+  double noted_mb_ = 0;
+  std::vector<MemoryPart> parts_;
+};
+
+/// Resident pages of files: of the program, of the driver (with its compiler, LLVM), and of all other
+/// libraries.
+std::vector<MemoryPart> file_pages();
+
 /// Renders `volumes` volumes of a row with four different volumes in memory, as in a ring of four slots.
-/// Calls `tell` after the first ten volumes and then ten times at even distances.
+/// Calls `tell` after the first ten volumes and then ten times at even distances. Then adds, and notes in the
+/// ledger, what a server may have besides the main view: a private view with a camera of its own, an encoder
+/// of each kind, and a recorder that writes 500 frames to a folder for temporary files.
 Result<void> run_bench_memory(const RenderDevice& device, const BenchRow& row, std::uint64_t volumes,
-                              const std::function<void(const HeldMemory&)>& tell);
+                              MemoryLedger& ledger, const std::function<void(const HeldMemory&)>& tell);
 
 }  // namespace fanlight

@@ -29,6 +29,7 @@ constexpr BenchRow kRows[] = {
     {"r1/coarse", FANLIGHT_R1 ",compression=linear", 256, kPaper, "rays.step_mm=0.66"},
     {"picture/256", FANLIGHT_R1, 256, kDefault, ""},
     {"picture/1024", FANLIGHT_R1, 1024, kDefault, ""},
+    {"picture/2880", FANLIGHT_R1, 2880, kDefault, ""},  // as many pixels as 3840 x 2160
     {"frames/70", FANLIGHT_R1 ",compression=linear,frames=70", 512, kPaper, ""},
     {"frames/140", FANLIGHT_R1 ",compression=linear,frames=140", 512, kPaper, ""},
     {"pixels/256", FANLIGHT_R1 ",compression=linear,columns=256,rows=256", 512, kPaper, ""},

@@ -40,6 +40,7 @@ struct BenchOptions {
   std::string gpu;
   std::optional<BufferAccess> access;  // absent: what the device does by itself
   bool one_device = false;
+  bool as_gpu = false;
   bool json = false;
   int volumes = 8;
   int rate_volumes = 40;
@@ -120,13 +121,21 @@ Result<RenderDevice> open_bench_device(const BenchOptions& options) {
   DeviceOptions device = live_device_options();
   device.access = options.access;
   if (options.one_device) device.own_light_device = false;
+  device.instance.processor_as_gpu = options.as_gpu;
   return open_device(options.gpu, device);
+}
+
+/// A report about this device.
+nlohmann::ordered_json report_of(const RenderDevice& device) {
+  const GpuCandidate& candidate = device.gpu->candidate();
+  return {{"device", candidate.name}, {"kind", candidate.kind}, {"driver", candidate.driver}};
 }
 
 Result<void> bench(const BenchOptions& options) {
   const auto device = open_bench_device(options);
   if (!device) return device.error();
-  nlohmann::ordered_json report = {{"device", device->name()}, {"rows", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json report = report_of(*device);
+  report["rows"] = nlohmann::ordered_json::array();
   const auto rows = chosen_rows(options);
   if (!rows) return rows.error();
   ProgressLine progress;
@@ -147,11 +156,11 @@ Result<void> bench(const BenchOptions& options) {
 Result<void> bench_pipeline(const BenchOptions& options) {
   const auto device = open_bench_device(options);
   if (!device) return device.error();
-  nlohmann::ordered_json report = {{"device", device->name()},
-                                   {"mechanism", pipeline_mechanism(*device)},
-                                   {"blocks", options.count},
-                                   {"volumes_a_block", options.volumes},
-                                   {"rows", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json report = report_of(*device);
+  report["mechanism"] = pipeline_mechanism(*device);
+  report["blocks"] = options.count;
+  report["volumes_a_block"] = options.volumes;
+  report["rows"] = nlohmann::ordered_json::array();
   if (!options.json) {
     fmt::print("{}, {}; medians of {} blocks of {} volumes each way, in turn\n", device->name(),
                pipeline_mechanism(*device), options.count, options.volumes);
@@ -179,11 +188,11 @@ Result<void> bench_pipeline(const BenchOptions& options) {
 Result<void> bench_rate(const BenchOptions& options) {
   const auto device = open_bench_device(options);
   if (!device) return device.error();
-  nlohmann::ordered_json report = {{"device", device->name()},
-                                   {"offered_a_second", options.offered_hz},
-                                   {"blocks", options.count},
-                                   {"volumes_a_block", options.rate_volumes},
-                                   {"rows", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json report = report_of(*device);
+  report["offered_a_second"] = options.offered_hz;
+  report["blocks"] = options.count;
+  report["volumes_a_block"] = options.rate_volumes;
+  report["rows"] = nlohmann::ordered_json::array();
   const auto rows =
       options.only.empty() && options.input.empty() ? chosen_rows(rate_rows()) : chosen_rows(options);
   if (!rows) return rows.error();
@@ -221,26 +230,48 @@ void print_held(const HeldMemory& held) {
   std::fflush(stdout);
 }
 
+nlohmann::ordered_json as_json(std::span<const MemoryPart> parts) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const MemoryPart& part : parts) list.push_back({{"name", part.name}, {"mb", part.mb}});
+  return list;
+}
+
+void print_parts(std::span<const MemoryPart> parts) {
+  fmt::print("\nMB that each step added, and pages of files\n");
+  double sum_mb = 0;
+  for (const MemoryPart& part : parts) {
+    fmt::print("{:<38} {:8.1f}\n", part.name, part.mb);
+    sum_mb += part.mb;
+  }
+  fmt::print("{:<38} {:8.1f}\n", "all", sum_mb);
+}
+
 Result<void> bench_memory(const BenchOptions& options) {
+  MemoryLedger ledger;
   const auto device = open_bench_device(options);
   if (!device) return device.error();
+  ledger.note("device");
   BenchOptions one_row = options;
   if (one_row.only.empty()) one_row.only = "r1/paper";
   const auto rows = chosen_rows(one_row);
   if (!rows) return rows.error();
   const BenchRow& row = rows->front();
-  nlohmann::ordered_json report = {{"device", device->name()},
-                                   {"name", row.name},
-                                   {"input", row.input},
-                                   {"held", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json report = report_of(*device);
+  report["name"] = row.name;
+  report["input"] = row.input;
+  report["held"] = nlohmann::ordered_json::array();
   if (!options.json) fmt::print("{}: MB\n   volumes   resident        own  ring of 4\n", row.name);
   const auto report_held = [&](const HeldMemory& held) {
     report["held"].push_back(as_json(held));
     if (!options.json) print_held(held);
   };
   const auto done =
-      run_bench_memory(*device, row, static_cast<std::uint64_t>(options.memory_volumes), report_held);
+      run_bench_memory(*device, row, static_cast<std::uint64_t>(options.memory_volumes), ledger, report_held);
   if (!done) return done.error();
+  std::vector<MemoryPart> parts = ledger.parts();
+  std::ranges::copy(file_pages(), std::back_inserter(parts));
+  report["parts"] = as_json(parts);
+  if (!options.json) print_parts(parts);
   if (options.json) fmt::print("{}\n", json_text(report, 1));
   return {};
 }
@@ -392,6 +423,8 @@ void add_device_options(CLI::App& command, BenchOptions& options) {
   command.add_flag(
       "--one-device", options.one_device,
       "On a CPU without AVX2, run all passes on one device instead of passes 2 and 3 on a second one");
+  command.add_flag("--as-gpu", options.as_gpu,
+                   "Use a driver that renders on the CPU as if it were one of a GPU: shaders run all passes");
   command.add_flag("--json", options.json, "Print the report as JSON");
 }
 

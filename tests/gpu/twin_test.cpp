@@ -107,7 +107,10 @@ class TwinTest : public GpuTest, public testing::WithParamInterface<std::uint32_
  protected:
   static bool samples_texture(std::uint32_t seed) { return seed % 2 == 0; }
   /// A processor interpolates textures in floats.
-  static bool has_texture_unit() { return gpu().candidate().kind != kProcessorKind; }
+  static bool has_texture_unit() {
+    const std::string& kind = gpu().candidate().kind;
+    return kind != kProcessorKind && kind != kStandInKind;
+  }
 
   static Rendered render(const SeededCase& given, const Volume& volume, const Volume* before) {
     Scene raw = given.scene;

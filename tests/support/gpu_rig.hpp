@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -39,8 +40,9 @@ inline Casting way_of_casting(std::uint32_t number) {
   }
 }
 
-/// The devices of this process, with the Vulkan validation layers on. They are opened where a test first asks
-/// for them, and closed before the process ends: the layers do not outlive its static objects.
+/// The devices of this process, with the Vulkan validation layers on. With FANLIGHT_TEST_AS_GPU in the
+/// environment, a driver on the processor counts as a GPU. They are opened where a test first asks for them,
+/// and closed before the process ends: the layers do not outlive its static objects.
 class GpuRig : public testing::Environment {
  public:
   /// The value; throws the error.
@@ -78,7 +80,10 @@ class GpuRig : public testing::Environment {
   };
   const Gpu& opened(Opened& device, std::optional<BufferAccess> access) {
     if (device.gpu == nullptr) {
-      device.instance = required(GpuInstance::create({.validation = true, .messages = &messages_}));
+      // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here writes the environment.
+      const bool as_gpu = std::getenv("FANLIGHT_TEST_AS_GPU") != nullptr;
+      device.instance = required(
+          GpuInstance::create({.validation = true, .messages = &messages_, .processor_as_gpu = as_gpu}));
       device.gpu = required(Gpu::create(*device.instance, "", access));
     }
     return *device.gpu;
