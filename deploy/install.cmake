@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `cmake --install` installs, in two components: `server`, and `view`, which needs the libraries of a desktop.
-# Then the Debian packages of both, for `cpack`. Include it after all targets.
+# What `cmake --install` installs, in three components: `server`; `images`, which needs OpenImageIO and its libraries;
+# and `view`, which needs those of a desktop. Then the Debian packages of all for `cpack`. Include it after all targets.
 include(GNUInstallDirs)
 set(deploy ${CMAKE_CURRENT_LIST_DIR})
 set(packaging ${CMAKE_BINARY_DIR}/packaging)
@@ -8,7 +8,7 @@ set(commands serve render batch watch view token audit bench info record recover
 
 install(TARGETS fanlight RUNTIME COMPONENT server)
 # Where the run path of the program finds it.
-install(TARGETS fanlight_images_module LIBRARY DESTINATION lib/fanlight COMPONENT server)
+install(TARGETS fanlight_images_module LIBRARY DESTINATION lib/fanlight COMPONENT images)
 if(TARGET fanlight-view)
   install(TARGETS fanlight-view RUNTIME COMPONENT view)
 endif()

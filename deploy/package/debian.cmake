@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Debian packages for `cpack -G DEB`: fanlight, fanlight-view, and the debug symbols of each. deploy/package/build calls
-# it with the options of a release. The bytes depend on the sources and on SOURCE_DATE_EPOCH alone.
+# Debian packages for `cpack -G DEB`: fanlight, fanlight-images, fanlight-view, and the debug symbols of each.
+# deploy/package/build calls it with the options of a release. The bytes depend on the sources and on SOURCE_DATE_EPOCH
+# alone.
 set(FANLIGHT_MAINTAINER "Fanlight developers <fanlight@localhost>" CACHE STRING
     "Who made the packages, as in Debian's field Maintainer")
 set(FANLIGHT_HOMEPAGE "" CACHE STRING "The project's page, as in Debian's field Homepage")
@@ -28,6 +29,7 @@ function(install_documents component package)
           DESTINATION ${folder} COMPONENT ${component})
 endfunction()
 install_documents(server fanlight)
+install_documents(images fanlight-images)
 if(TARGET fanlight-view)
   install_documents(view fanlight-view)
 endif()
@@ -46,7 +48,7 @@ set(CPACK_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL server)
+set(CPACK_COMPONENTS_ALL server images)
 if(TARGET fanlight-view)
   list(APPEND CPACK_COMPONENTS_ALL view)
 endif()
@@ -62,8 +64,8 @@ set(CPACK_DEBIAN_SERVER_PACKAGE_SECTION graphics)
 string(CONCAT CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS
   "mesa-vulkan-drivers | vulkan-icd, systemd | systemd-standalone-sysusers | systemd-sysusers, "
   "systemd | systemd-standalone-tmpfiles | systemd-tmpfiles")
-# kill, which reloads the service; events of USB devices.
-set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "procps, udev")
+# Picture files; kill, which reloads the service; events of USB devices.
+set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "fanlight-images (= ${version}), procps, udev")
 set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS fanlight-view)
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
   ${deploy}/package/conffiles ${deploy}/package/postinst ${deploy}/package/prerm ${deploy}/package/postrm)
@@ -73,6 +75,21 @@ string(CONCAT CPACK_COMPONENT_SERVER_DESCRIPTION
   "assembles volumes, renders surfaces with Vulkan, and streams the pictures to\n"
   "browsers and programs, which move light, camera and threshold.\n"
   "It is not a medical device.")
+
+# Apart from the server, which loads none of it: OpenImageIO brings ten times as many libraries as the server has.
+set(CPACK_DEBIAN_IMAGES_PACKAGE_NAME fanlight-images)
+set(CPACK_DEBIAN_IMAGES_PACKAGE_SECTION graphics)
+# The program refuses a library of another version than its own.
+set(CPACK_DEBIAN_IMAGES_PACKAGE_DEPENDS "fanlight (= ${version})")
+# Earlier versions of fanlight hold the library themselves.
+set(CPACK_DEBIAN_IMAGES_PACKAGE_BREAKS "fanlight (<< ${version})")
+set(CPACK_DEBIAN_IMAGES_PACKAGE_REPLACES "fanlight (<< ${version})")
+set(CPACK_DEBIAN_IMAGES_PACKAGE_ENHANCES fanlight)
+string(CONCAT CPACK_COMPONENT_IMAGES_DESCRIPTION
+  "picture files for Fanlight's 4D ultrasound\n"
+  "Lets the commands of fanlight read and write pictures in files: render, batch,\n"
+  "send, info --plot, and recordings that are a folder of pictures. A server needs\n"
+  "it for such a recording alone. It is not a medical device.")
 
 set(CPACK_DEBIAN_VIEW_PACKAGE_NAME fanlight-view)
 set(CPACK_DEBIAN_VIEW_PACKAGE_SECTION graphics)
