@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <future>
 #include <memory>
 #include <optional>
 
@@ -115,7 +116,8 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const ServerDescri
                              .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }},
           .gpu = options.gpu,
           .recordings = options.recording.recorder(),
-          .sends_frames = !options.igtl.listen.empty()};
+          .sends_frames = !options.igtl.listen.empty(),
+          .acquires_early = true};
 }
 
 /// Ends the process at once, as main() would with this result. A thread is inside the GPU's driver and does
@@ -299,9 +301,20 @@ void describe_source(const ServeOptions& options, const SourceDescription& sourc
   state.finds_view = finds_view(options.automatic, options.scene, source);
 }
 
-/// Opens the source and the GPU; completes the configuration of the server.
+Result<RenderDevice> open_live_device(const std::string& name) {
+  auto opened = open_device(name, live_device_options());
+  if (opened && !opened->light_refusal.empty())
+    spdlog::warn("there is no second device for passes 2 and 3 ({}): a changed light waits for pass 1",
+                 opened->light_refusal);
+  return opened;
+}
+
+/// Opens the source and the GPU, at the same time; completes the configuration of the server.
 Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& link,
                                      ServerState::Config& state) {
+  // Its end waits for the device, also where the source is refused.
+  auto first_device = std::make_shared<std::future<Result<RenderDevice>>>(
+      std::async(std::launch::async, open_live_device, options.gpu));
   if (const std::string note = opening_note(options.source, options.playing); !note.empty())
     spdlog::info("{}", note);
   auto source = open_source(options.source, options.playing, link.probe, &link.replay);
@@ -313,12 +326,8 @@ Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& li
   state.initial_scene = {.revision = 1, .scene = *scene};
   state.chosen_fields = options.scene.given();
 
-  const auto open = [](const std::string& name) {
-    auto opened = open_device(name, live_device_options());
-    if (opened && !opened->light_refusal.empty())
-      spdlog::warn("there is no second device for passes 2 and 3 ({}): a changed light waits for pass 1",
-                   opened->light_refusal);
-    return opened;
+  const auto open = [first_device](const std::string& name) {
+    return first_device->valid() ? first_device->get() : open_live_device(name);
   };
   const std::uint32_t cine_volumes = affordable_cine(options.cine_volumes, description);
   auto pipeline = Pipeline::create(pipeline_config(options, state.description, *scene, cine_volumes),

@@ -68,6 +68,7 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
 
 Result<std::unique_ptr<Pipeline>> Pipeline::create(const Config& config, const Dependencies& dependencies) {
   std::unique_ptr<Pipeline> made(new Pipeline(config, dependencies));
+  if (config.acquires_early && !dependencies.source.waits()) made->start_acquisition();
   if (auto opened = made->open(config); !opened) return opened.error();
   return made;
 }
@@ -123,6 +124,10 @@ void Pipeline::start() {
                                  .counters = render_counters_,
                                  .feed = &queue_,
                                  .remake = [this](const NumberedScene& scene) { return remake(scene); }});
+  if (!acquisition_thread_) start_acquisition();
+}
+
+void Pipeline::start_acquisition() {
   acquisition_thread_.emplace(
       AcquisitionThread::Dependencies{
           .source = source_,

@@ -55,6 +55,9 @@ class Pipeline {
     std::optional<Watchdog::Limits> watchdog{};  ///< see Renderer::Config
     Recorder::Config recordings{};  ///< where recordings go; without a folder nothing is recorded
     bool sends_frames = false;      ///< the server may send the source's frames: see frame_tap()
+    /// create() starts the acquisition thread before it opens the device, so that the first volume is there
+    /// when the renderer is. Not for a source that waits: its first frames would be lost.
+    bool acquires_early = false;
   };
   /// Opens a device by a part of its GPU's name. Called again, on the render thread, where the device was
   /// lost.
@@ -66,14 +69,14 @@ class Pipeline {
     SourceLink& link;
   };
 
-  /// Opens the device, and allocates the ring, the queue, the mailboxes and the renderer. Starts no thread.
-  /// Errors: those of the device and Renderer::create's.
+  /// Opens the device, and allocates the ring, the queue, the mailboxes and the renderer. Starts no thread,
+  /// but for Config::acquires_early. Errors: those of the device and Renderer::create's.
   static Result<std::unique_ptr<Pipeline>> create(const Config& config, const Dependencies& dependencies);
   ~Pipeline() = default;
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
-  /// Starts both threads. Call it once.
+  /// Starts both threads, or the one that does not run yet. Call it once.
   void start();
 
   /// Time within which stop() returns, except for a source that does not stop: the process must end within a
@@ -106,6 +109,7 @@ class Pipeline {
 
  private:
   Pipeline(const Config& config, const Dependencies& dependencies);
+  void start_acquisition();
   Result<void> open(const Config& config);
   Result<DeviceRenderer> make_renderer(RenderDevice device, const NumberedScene& scene);
   Result<DeviceRenderer> remake(const NumberedScene& scene);
