@@ -50,7 +50,7 @@ std::uint64_t CastMeans::private_band_samples() const {
 
 Watchdog::Limits usual_limits(const Gpu& gpu) {
   Watchdog::Limits limits;
-  if (gpu.candidate().kind == kProcessorKind) limits.least_hung_ns = kProcessorHungNs;
+  if (is_processor(gpu) || gpu.candidate().kind == kStandInKind) limits.least_hung_ns = kProcessorHungNs;
   return limits;
 }
 

@@ -15,13 +15,13 @@ namespace fanlight {
 
 /// How passes 0 and 1 run on a device, as suits it.
 struct CastMeans {
-  /// `wanted`: absent: the one that suits the device and volumes of `longest_side` voxels. `rays_by_shader`:
-  /// as Renderer::Config.
+  /// `wanted`: absent: the one that suits the device and volumes of `longest_side` voxels. Where a later
+  /// volume is too large for the textures of a GPU, it is refused. `rays_by_shader`: as Renderer::Config.
   CastMeans(const Gpu& gpu, std::optional<Sampling> wanted, std::uint32_t longest_side, bool rays_by_shader);
 
   Sampling sampling;
   std::uint64_t band_samples;              ///< approximate limit of samples in a band of pass 1
-  std::unique_ptr<RenderWorkers> workers;  ///< null where the GPU runs passes 0 and 1
+  std::unique_ptr<RenderWorkers> workers;  ///< null where the GPU runs pass 0
   bool casts_here;                         ///< the workers cast the rays
 
   RenderWorkers* ray_workers() const { return casts_here ? workers.get() : nullptr; }

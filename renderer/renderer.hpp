@@ -57,7 +57,7 @@ class Renderer {
     std::uint32_t usual_frames = 0;
     Skipping skipping = Skipping::kOn;
     Counting counting = Counting::kOff;
-    /// Absent: chosen by the kind of GPU.
+    /// Absent: chosen by the kind of GPU and the size of `geometry`.
     std::optional<Sampling> sampling;
     /// The shader casts the rays also where the processor does it faster itself: for comparisons.
     bool rays_by_shader = false;

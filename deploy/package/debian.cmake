@@ -76,7 +76,7 @@ string(CONCAT CPACK_COMPONENT_SERVER_DESCRIPTION
   "browsers and programs, which move light, camera and threshold.\n"
   "It is not a medical device.")
 
-# Apart from the server, which loads none of it: OpenImageIO brings ten times as many libraries as the server has.
+# Apart from the server, which seldom needs it: OpenImageIO brings ten times as many libraries as the server has.
 set(CPACK_DEBIAN_IMAGES_PACKAGE_NAME fanlight-images)
 set(CPACK_DEBIAN_IMAGES_PACKAGE_SECTION graphics)
 # The program refuses a library of another version than its own.

@@ -18,8 +18,8 @@ namespace fanlight {
 /// File name of the shader without its extension ("cast"); names the pipelines in debugging tools.
 std::string_view name_of(Shader shader);
 
-/// Where pass 1 samples the volume: a texture, or packed words that a processor gathers
-/// (renderer/volume/frame_preparer.hpp).
+/// Where pass 1 samples the volume: a texture, or packed words that are gathered, by a
+/// processor or where textures are too small (renderer/volume/frame_preparer.hpp).
 enum class Sampling : std::uint8_t { kTexture, kGathering };
 
 /// Builds and caches the compute pipelines of all passes by key. Owns the descriptor set layout and the

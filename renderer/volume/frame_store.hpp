@@ -21,7 +21,8 @@ namespace fanlight {
 
 /// The frames of one volume on the GPU. Frames are staged as they arrive, prepared by pass 0, and copied to
 /// where rays sample them, with the minima and maxima of their grey levels, by which rays skip empty space.
-/// Pass 0 runs on the GPU; with Sampling::kGathering, which is for processors, in FramePreparer.
+/// Pass 0 runs on the GPU; with Sampling::kGathering, which is for processors and for volumes
+/// larger than a GPU's textures, in FramePreparer.
 /// Frames are indexed by ascending angle. Frames that were staged at the wrong index, or dropped by the
 /// queue, are detected by their commit number when the whole volume is loaded, and staged then; the others
 /// are not copied again.

@@ -40,8 +40,8 @@ class GpuInstance {
     bool validation = false;
     /// Counts the messages of several instances; must outlive them. Null: each counts its own.
     Counter* messages = nullptr;
-    /// A driver on the processor counts as a GPU (kStandInKind): shaders run every pass, as they do there.
-    /// For tests of what runs on GPUs.
+    /// A driver on the processor counts as a GPU (kStandInKind), so that shaders run every pass. For tests of
+    /// what runs on GPUs.
     bool processor_as_gpu = false;
   };
   /// Errors: kNotFound where no Vulkan driver, or no validation layer, is installed.

@@ -5,13 +5,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "acquisition/record/recorder.hpp"
+#include "proto/base/clock.hpp"
 #include "server/bench/rig.hpp"
 #include "server/bench/run.hpp"
 #include "server/codec/picture_coder.hpp"
@@ -52,22 +56,26 @@ Result<void> encode_pictures(const Picture& picture, const StreamSettings& setti
   return {};
 }
 
-/// A folder that ends with this object, and all that is in it.
+/// A new folder for temporary files, which ends with this object, and all that is in it.
 class ScratchFolder {
  public:
-  ScratchFolder()
-      : path_(std::filesystem::temp_directory_path() / ("fanlight-bench-" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(path_);
+  static Result<ScratchFolder> create() {
+    std::string name = (std::filesystem::temp_directory_path() / "fanlight-bench-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr)
+      return Error{ErrorCode::kUnavailable,
+                   "there is no folder for temporary files, expected TMPDIR to be one"};
+    return ScratchFolder(name);
   }
   ~ScratchFolder() {
     std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
   }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ScratchFolder(ScratchFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+  ScratchFolder& operator=(ScratchFolder&&) = delete;
   const std::filesystem::path& path() const { return path_; }
 
  private:
+  explicit ScratchFolder(std::filesystem::path path) : path_(std::move(path)) {}
   std::filesystem::path path_;
 };
 
@@ -75,17 +83,20 @@ class ScratchFolder {
 Result<void> record_frames(BenchVolumes& volumes, MemoryLedger& ledger) {
   constexpr std::uint32_t kFrames = 500;
   constexpr std::chrono::milliseconds kFrameTime{1};
-  const ScratchFolder folder;
+  const auto folder = ScratchFolder::create();
+  if (!folder) return folder.error();
   Doorbell bell;
   Recorder recorder(volumes.description(), bell);
   const RecordingLink link = recorder.link();
-  link.send({.number = 1, .wish = RecordingOrder::Wish::kRecord, .path = folder.path() / "memory.igs.mha"});
+  link.send({.number = 1, .wish = RecordingOrder::Wish::kRecord, .path = folder->path() / "memory.igs.mha"});
   const auto trouble = [&link]() -> std::string {
     const RecordingStatus* const status = link.status.newest();
     return status == nullptr ? std::string() : status->trouble;
   };
-  for (std::uint32_t waited = 0; !recorder.tap().is_open(); ++waited) {
-    if (waited == 100) return Error{ErrorCode::kUnavailable, "the recorder does not begin: " + trouble()};
+  const std::int64_t latest_ns = now_ns() + 5'000'000'000;
+  while (!recorder.tap().is_open()) {
+    if (now_ns() > latest_ns)
+      return Error{ErrorCode::kUnavailable, "the recorder does not begin: " + trouble()};
     bell.wait(10'000'000);
   }
   for (std::uint32_t recorded = 0; recorded < kFrames;) {
@@ -131,6 +142,8 @@ void MemoryLedger::note(std::string_view step) {
 
 std::vector<MemoryPart> file_pages() {
   enum : std::uint8_t { kProgram, kDriver, kLibraries };
+  // Mesa's drivers and their compiler, and NVIDIA's.
+  constexpr std::array<std::string_view, 4> kDriverNames = {"libLLVM", "/libvulkan_", "nvidia", "libcuda"};
   std::vector<MemoryPart> parts = {
       {"pages of the program"}, {"pages of the driver and its compiler"}, {"pages of other libraries"}};
   std::error_code unknown;
@@ -146,8 +159,8 @@ std::vector<MemoryPart> file_pages() {
       const std::size_t slash = line.find('/');
       of_file = slash != std::string::npos && !line.ends_with("(deleted)");
       const std::string_view path = of_file ? std::string_view(line).substr(slash) : std::string_view();
-      const bool driver = path.find("libLLVM") != std::string_view::npos ||
-                          path.find("/libvulkan_") != std::string_view::npos;
+      const bool driver = std::ranges::any_of(
+          kDriverNames, [&](std::string_view name) { return path.find(name) != std::string_view::npos; });
       kind = path == program ? kProgram : driver ? kDriver : kLibraries;
     } else if (of_file && line.starts_with("Rss:")) {
       resident_mb = line_mb(line);

@@ -25,9 +25,8 @@ struct MemoryPart {
   double mb = 0;  ///< 10^6 bytes
 };
 
-/// Tells which step has allocated how much of the memory of this process: by how much each has raised the
-/// resident memory without a file behind it. What a step frees, and a later one uses again, counts for the
-/// first alone.
+/// By how much each step has raised the memory of this process without a file behind it. Memory that a step
+/// has freed, and that a later one uses again, is counted for the first of them.
 class MemoryLedger {
  public:
   /// What was allocated so far is the first part.

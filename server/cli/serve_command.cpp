@@ -111,13 +111,13 @@ Pipeline::Config pipeline_config(const ServeOptions& options, const ServerDescri
           .cine_volumes = cine_volumes,
           .policy = policy_of(options),
           .mismatch = options.mismatch,
-          // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread runs yet
+          // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here writes the environment
           .pipeline_cache = {.folder = user_cache_folder(std::getenv("XDG_CACHE_HOME"), std::getenv("HOME")),
                              .log = [](const std::string& sentence) { spdlog::info("{}", sentence); }},
           .gpu = options.gpu,
           .recordings = options.recording.recorder(),
           .sends_frames = !options.igtl.listen.empty(),
-          .acquires_early = true};
+          .acquires_early = policy_of(options) == RingPolicy::kNewestWins};
 }
 
 /// Ends the process at once, as main() would with this result. A thread is inside the GPU's driver and does
@@ -283,6 +283,7 @@ spdlog::level::level_enum begin_service_log(const ServeOptions& options) {
 /// A source and the pipeline that renders it.
 struct RenderedSource {
   std::unique_ptr<FrameSource> source;
+  SourceDescription description;  // as it was opened: the acquisition thread owns that of the source
   std::unique_ptr<Pipeline> pipeline;
   std::uint32_t cine_volumes = 0;
 };
@@ -312,14 +313,14 @@ Result<RenderDevice> open_live_device(const std::string& name) {
 /// Opens the source and the GPU, at the same time; completes the configuration of the server.
 Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& link,
                                      ServerState::Config& state) {
-  // Its end waits for the device, also where the source is refused.
+  // Where the source is refused, the end of this function waits until the device is open.
   auto first_device = std::make_shared<std::future<Result<RenderDevice>>>(
       std::async(std::launch::async, open_live_device, options.gpu));
   if (const std::string note = opening_note(options.source, options.playing); !note.empty())
     spdlog::info("{}", note);
   auto source = open_source(options.source, options.playing, link.probe, &link.replay);
   if (!source) return refused_source(options, source.error());
-  const SourceDescription& description = (*source)->description();
+  SourceDescription description = (*source)->description();
   describe_source(options, description, state);
   const auto scene = options.scene.applied_to(state.suggested_scene);
   if (!scene) return scene.error();
@@ -341,23 +342,23 @@ Result<RenderedSource> open_pipeline(const ServeOptions& options, SourceLink& li
     scenes.draft() = state.initial_scene;
     scenes.publish();
   }
-  return RenderedSource{*std::move(source), *std::move(pipeline), cine_volumes};
+  return RenderedSource{*std::move(source), std::move(description), *std::move(pipeline), cine_volumes};
 }
 
 void log_start(const ServeOptions& options, const RenderedSource& rendered) {
   spdlog::info("fanlight {}", version());
   log_service(options);
   log_device(*rendered.pipeline);
-  log_source(rendered.source->description());
+  log_source(rendered.description);
   spdlog::info("the ring of volumes takes up to {:.0f} MB, with the last {} volumes for a frozen display",
                static_cast<double>(rendered.pipeline->ring_capacity_bytes()) / 1e6, rendered.cine_volumes);
 }
 
-/// Starts the threads, and serves until the server ends.
+/// Starts the threads that do not run yet, and serves until the server ends.
 Result<void> run(const ServeOptions& options, const RenderedSource& rendered, StreamServer& server) {
   rendered.pipeline->start();
   const std::string url = page_url(server.endpoint(), !options.tls.empty());
-  print_address(rendered.source->description().name, url);
+  print_address(rendered.description.name, url);
   spdlog::info("listening on {}", url);
   if (const auto igtl_endpoint = server.igtl_endpoint()) log_igtl(*igtl_endpoint);
   log_rtp(options.rtp);
@@ -372,11 +373,12 @@ Result<void> serve(ServeOptions& options) {
   auto config = server_config(options);
   if (!config) return config.error();
   SourceLink link;
+  const std::int64_t began_ns = now_ns();
   auto rendered = open_pipeline(options, link, config->state);
   if (!rendered) return rendered.error();
   Pipeline& pipeline = *rendered->pipeline;
 
-  RecordingFacts sent_facts = facts_of(rendered->source->description());
+  RecordingFacts sent_facts = facts_of(rendered->description);
   sent_facts.source = config->state.description.title;  // a path may name a patient
   SentFrames sent_frames(sent_facts);
   ServerCounters counters;
@@ -414,7 +416,6 @@ Result<void> serve(ServeOptions& options) {
   log_start(options, *rendered);
   if (terminal.has_closed())
     return Error{ErrorCode::kStopped, "the terminal was closed, so the server stops"};
-  const std::int64_t began_ns = now_ns();
   Result<void> served = run(options, *rendered, *server);
   const bool stopped = pipeline.stop();
   log_recording(pipeline);

@@ -68,7 +68,9 @@ Pipeline::Pipeline(const Config& config, const Dependencies& dependencies)
 
 Result<std::unique_ptr<Pipeline>> Pipeline::create(const Config& config, const Dependencies& dependencies) {
   std::unique_ptr<Pipeline> made(new Pipeline(config, dependencies));
-  if (config.acquires_early && !dependencies.source.waits()) made->start_acquisition();
+  // A source that waits, or that ends, would lose its first frames.
+  const bool is_live = !dependencies.source.waits() && dependencies.source.description().volumes == 0;
+  if (config.acquires_early && is_live) made->start_acquisition();
   if (auto opened = made->open(config); !opened) return opened.error();
   return made;
 }

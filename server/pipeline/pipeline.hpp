@@ -55,8 +55,9 @@ class Pipeline {
     std::optional<Watchdog::Limits> watchdog{};  ///< see Renderer::Config
     Recorder::Config recordings{};  ///< where recordings go; without a folder nothing is recorded
     bool sends_frames = false;      ///< the server may send the source's frames: see frame_tap()
-    /// create() starts the acquisition thread before it opens the device, so that the first volume is there
-    /// when the renderer is. Not for a source that waits: its first frames would be lost.
+    /// create() starts the acquisition thread of a live source before it opens the device, so that the first
+    /// volume is there when the renderer is. Volumes that come too early are replaced by newer ones, and
+    /// counted as dropped.
     bool acquires_early = false;
   };
   /// Opens a device by a part of its GPU's name. Called again, on the render thread, where the device was
@@ -69,8 +70,9 @@ class Pipeline {
     SourceLink& link;
   };
 
-  /// Opens the device, and allocates the ring, the queue, the mailboxes and the renderer. Starts no thread,
-  /// but for Config::acquires_early. Errors: those of the device and Renderer::create's.
+  /// Opens the device, and allocates the ring, the queue, the mailboxes and the renderer. Starts the recorder
+  /// where there is one, and acquisition by Config::acquires_early. Errors: those of the device and
+  /// Renderer::create's.
   static Result<std::unique_ptr<Pipeline>> create(const Config& config, const Dependencies& dependencies);
   ~Pipeline() = default;
   Pipeline(const Pipeline&) = delete;
@@ -92,7 +94,8 @@ class Pipeline {
   const std::vector<GpuCandidate>& gpus() const { return gpus_; }
   const GpuCandidate& gpu() const { return gpu_; }
 
-  /// "running", "ended", or the sentence why the source failed. "ended" too before start() and after stop().
+  /// "running", "ended", or the sentence why the source failed. "ended" too before acquisition is started and
+  /// after stop().
   std::string source_state() const;
 
   /// The server thread's ends of all that it exchanges with the pipeline. The frame tap is absent where the

@@ -94,43 +94,39 @@ if (values.tests) {
 }
 
 if (values.outdir) {
-  await build({
+  // Which files of which packages are in the page, for its bill of materials.
+  const bundled = {};
+  const bundle = async (options) => {
+    const always = { absWorkingDir: home, bundle: true, minify: true, metafile: true, logLevel: "warning" };
+    const built = await build({ ...options, ...always });
+    Object.assign(bundled, built.metafile.outputs);
+    return built;
+  };
+  await bundle({
     entryPoints: { viewer: join(home, "src/main.ts") },
     plugins: [shaderTexts],
     outdir: resolve(values.outdir),
-    bundle: true,
-    minify: true,
     format: "iife",
     external: loadedLater,
     target: ["chrome100", "firefox100", "safari15.4"],
-    logLevel: "warning",
   });
-  await build({
+  await bundle({
     entryPoints: loadedLater.map((name) => join(home, "src", name.replace(/js$/, "ts"))),
     outdir: resolve(values.outdir),
-    bundle: true,
-    minify: true,
     format: "esm",
     target: ["chrome100", "firefox100", "safari15.4"],
-    logLevel: "warning",
   });
-  await build({
+  await bundle({
     entryPoints: { viewer: join(home, "page/viewer.css") },
     outdir: resolve(values.outdir),
-    bundle: true,
-    minify: true,
     target: ["chrome105", "firefox110", "safari16"],
-    logLevel: "warning",
   });
-  const share = await build({
+  const share = await bundle({
     entryPoints: [join(home, "src/share/main.ts")],
     plugins: [shaderTexts],
-    bundle: true,
-    minify: true,
     write: false,
     format: "iife",
     target: ["chrome100", "firefox100", "safari15.4"],
-    logLevel: "warning",
   });
   // One file that opens without a server: the script stands in it.
   const script = share.outputFiles[0].text.replaceAll("</script", "<\\/script");
@@ -142,4 +138,5 @@ if (values.outdir) {
   for (const name of ["index.html", "favicon.svg"]) {
     copyFileSync(join(home, "page", name), join(resolve(values.outdir), name));
   }
+  writeFileSync(join(home, "generated/bundled.json"), JSON.stringify(bundled));
 }

@@ -119,10 +119,10 @@ const parts = table(
 );
 
 const stood = kind === "processor in place of a GPU";
-const date = new Date().toISOString().slice(0, 10);
+const [date, time] = new Date().toISOString().split(/[T.]/);
 const section = (title, text, present) => (present ? [`## ${title}`, text, ""] : []);
 const text = [
-  `# ${device}, ${date}`,
+  `# ${device}, ${date}, ${time.slice(0, 5)} UTC`,
   "",
   `${kind}, driver ${driver}; ${cpus().length} processors (${cpus()[0]?.model}). Commit ` +
     `${line("git", "rev-parse", "--short", "HEAD")}${line("git", "status", "--porcelain") === "" ? "" : " with changes"}` +
@@ -150,7 +150,11 @@ const text = [
   "",
   ...section("Volumes a second, and what overlaps", `${pipeline?.mechanism}\n\n${overlap}`, pipeline),
   ...section("A source of 1000 sweeps a second, newest first", rates, rate),
-  ...section("Memory: MB that each step added, and pages of files", parts, memory),
+  ...section(
+    "Memory of the process, without the GPU's own: MB that each step added, and pages of files",
+    parts,
+    memory,
+  ),
 ].join("\n");
 const file = join(
   output,

@@ -145,29 +145,50 @@ TEST_F(FrameQueueTest, UsesTheMemoryOfTheFramesThatWait) {
   }
 }
 
-// Faults take a place in the queue, but no memory. The queue never runs empty here.
+// Faults take a place in the queue, but no memory. The queue runs empty once, after some frames and faults,
+// and then never again.
 TEST_F(FrameQueueTest, FramesThatWaitNeverShareMemory) {
   std::uint64_t put_last = 0;
   std::uint64_t read_last = 0;
-  for (int round = 0; round < 50; ++round) {
-    while (put_last - read_last < kSlots) {
-      ++put_last;
-      if (put_last % 3 == 0) {
-        ASSERT_TRUE(
-            queue_.put_fault({.commit_number = put_last}, geometry_of(put_last), FrameFault::kMisfit));
-      } else {
-        ASSERT_TRUE(put(queue_, put_last));
-      }
+  const auto put_next = [&] {
+    ++put_last;
+    return put_last % 3 == 0
+               ? queue_.put_fault({.commit_number = put_last}, geometry_of(put_last), FrameFault::kMisfit)
+               : put(queue_, put_last);
+  };
+  const auto read_next = [&] {
+    const QueuedFrame* const frame = queue_.front();
+    ASSERT_NE(frame, nullptr);
+    ASSERT_EQ(frame->stamp.commit_number, ++read_last);
+    if (frame->fault == FrameFault::kNone) expect_whole(*frame);
+    queue_.pop();
+  };
+  for (std::uint64_t before = 0; before <= 2 * kSlots; ++before) {
+    for (std::uint64_t i = 0; i < before; ++i) {
+      ASSERT_TRUE(put_next());
+      read_next();
     }
-    while (put_last - read_last > 1) {
-      const QueuedFrame* const frame = queue_.front();
-      ASSERT_NE(frame, nullptr);
-      ASSERT_EQ(frame->stamp.commit_number, ++read_last);
-      if (frame->fault == FrameFault::kNone) expect_whole(*frame);
+    for (int round = 0; round < 10; ++round) {
+      while (put_last - read_last < kSlots) ASSERT_TRUE(put_next());
+      EXPECT_TRUE(queue_.is_full());
+      while (put_last - read_last > 1) read_next();
       ASSERT_FALSE(HasFatalFailure());
-      queue_.pop();
     }
+    read_next();
   }
+}
+
+// The memory of reserve() is free again where its frame does not come.
+TEST_F(FrameQueueTest, AFaultTakesThePlaceOfAFrameThatWasReserved) {
+  ASSERT_TRUE(put(queue_, 1));
+  ASSERT_FALSE(queue_.reserve(kRows * kMostColumns).empty());
+  ASSERT_TRUE(queue_.put_fault({.commit_number = 2}, geometry_of(2), FrameFault::kCut));
+  ASSERT_TRUE(put(queue_, 3));
+  expect_next(1);
+  ASSERT_NE(queue_.front(), nullptr);
+  EXPECT_EQ(queue_.front()->fault, FrameFault::kCut);
+  queue_.pop();
+  expect_next(3);
 }
 
 // Run with the thread sanitizer. The reader starts when the queue is full, so that frames are refused. Every
