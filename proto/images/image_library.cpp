@@ -19,9 +19,9 @@ constexpr const char* kFile = "libfanlight-images.so";
 Result<ImageLibrary*> load_image_library() {
   const auto unavailable = [](std::string_view reason) {
     return Error{ErrorCode::kUnavailable,
-                 fmt::format("pictures in files cannot be read or written ({}), expected the package "
-                             "fanlight-images {}: {} in ../lib/fanlight beside the program",
-                             reason, version(), kFile)};
+                 fmt::format("pictures in files cannot be read or written ({}), expected {} {} in "
+                             "../lib/fanlight beside the program (package fanlight-images)",
+                             reason, kFile, version())};
   };
   void* const library = dlopen(kFile, RTLD_NOW | RTLD_LOCAL);
   // NOLINTNEXTLINE(concurrency-mt-unsafe): glibc keeps the text for each thread.

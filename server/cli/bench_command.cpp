@@ -125,12 +125,6 @@ Result<RenderDevice> open_bench_device(const BenchOptions& options) {
   return open_device(options.gpu, device);
 }
 
-/// A report about this device.
-nlohmann::ordered_json report_of(const RenderDevice& device) {
-  const GpuCandidate& candidate = device.gpu->candidate();
-  return {{"device", candidate.name}, {"kind", candidate.kind}, {"driver", candidate.driver}};
-}
-
 Result<void> bench(const BenchOptions& options) {
   const auto device = open_bench_device(options);
   if (!device) return device.error();
@@ -218,34 +212,6 @@ Result<void> bench_rate(const BenchOptions& options) {
   return {};
 }
 
-nlohmann::ordered_json as_json(const HeldMemory& held) {
-  return {{"volumes", held.volumes},
-          {"resident_mb", held.resident_mb},
-          {"own_mb", held.own_mb},
-          {"ring_mb", held.ring_mb}};
-}
-
-void print_held(const HeldMemory& held) {
-  fmt::print("{:10} {:10.1f} {:10.1f} {:10.1f}\n", held.volumes, held.resident_mb, held.own_mb, held.ring_mb);
-  std::fflush(stdout);
-}
-
-nlohmann::ordered_json as_json(std::span<const MemoryPart> parts) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const MemoryPart& part : parts) list.push_back({{"name", part.name}, {"mb", part.mb}});
-  return list;
-}
-
-void print_parts(std::span<const MemoryPart> parts) {
-  fmt::print("\nMB that each step added, and pages of files\n");
-  double sum_mb = 0;
-  for (const MemoryPart& part : parts) {
-    fmt::print("{:<38} {:8.1f}\n", part.name, part.mb);
-    sum_mb += part.mb;
-  }
-  fmt::print("{:<38} {:8.1f}\n", "all", sum_mb);
-}
-
 Result<void> bench_memory(const BenchOptions& options) {
   MemoryLedger ledger;
   const auto device = open_bench_device(options);
@@ -305,8 +271,9 @@ void print_curve(const ScaleCurve& curve) {
 Result<void> bench_scale(const BenchOptions& options) {
   const auto device = open_bench_device(options);
   if (!device) return device.error();
-  nlohmann::ordered_json report = {
-      {"device", device->name()}, {"rounds", options.count}, {"curves", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json report = report_of(*device);
+  report["rounds"] = options.count;
+  report["curves"] = nlohmann::ordered_json::array();
   if (!options.json)
     fmt::print("{}; r1/paper in other sizes, ms, medians of {} rounds\n\n", device->name(), options.count);
   const auto done = run_bench_scale(*device, options.count, [&](const ScaleCurve& curve) {
@@ -391,10 +358,10 @@ Result<void> bench_limit(const BenchOptions& options) {
     if (const auto work = BenchWork::create(rows->front(), 1); !work) return work.error();
   }
   const MachineLimits machine = measure_machine_limits();
-  nlohmann::ordered_json report = {{"device", device->name()},
-                                   {"machine", as_json(machine)},
-                                   {"rounds", options.count},
-                                   {"rows", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json report = report_of(*device);
+  report["machine"] = as_json(machine);
+  report["rounds"] = options.count;
+  report["rows"] = nlohmann::ordered_json::array();
   if (!options.json) print_machine(*device, machine);
   for (const BenchRow& row : *rows) {
     const auto limits = run_bench_limit(*device, machine, row, options.count);
@@ -424,7 +391,7 @@ void add_device_options(CLI::App& command, BenchOptions& options) {
       "--one-device", options.one_device,
       "On a CPU without AVX2, run all passes on one device instead of passes 2 and 3 on a second one");
   command.add_flag("--as-gpu", options.as_gpu,
-                   "Use a driver that renders on the CPU as if it were one of a GPU: shaders run all passes");
+                   "Treat a driver that renders on the CPU as a GPU, so that shaders run all passes");
   command.add_flag("--json", options.json, "Print the report as JSON");
 }
 

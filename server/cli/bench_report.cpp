@@ -138,4 +138,37 @@ void print_rates(const BenchRow& row, const RowRates& rates) {
   std::fflush(stdout);
 }
 
+nlohmann::ordered_json as_json(const HeldMemory& held) {
+  return {{"volumes", held.volumes},
+          {"resident_mb", held.resident_mb},
+          {"own_mb", held.own_mb},
+          {"ring_mb", held.ring_mb}};
+}
+
+void print_held(const HeldMemory& held) {
+  fmt::print("{:10} {:10.1f} {:10.1f} {:10.1f}\n", held.volumes, held.resident_mb, held.own_mb, held.ring_mb);
+  std::fflush(stdout);
+}
+
+nlohmann::ordered_json as_json(std::span<const MemoryPart> parts) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const MemoryPart& part : parts) list.push_back({{"name", part.name}, {"mb", part.mb}});
+  return list;
+}
+
+void print_parts(std::span<const MemoryPart> parts) {
+  fmt::print("\nMemory added by each step, and resident pages of files, MB\n");
+  double sum_mb = 0;
+  for (const MemoryPart& part : parts) {
+    fmt::print("{:<38} {:8.1f}\n", part.name, part.mb);
+    sum_mb += part.mb;
+  }
+  fmt::print("{:<38} {:8.1f}\n", "all", sum_mb);
+}
+
+nlohmann::ordered_json report_of(const RenderDevice& device) {
+  const GpuCandidate& candidate = device.gpu->candidate();
+  return {{"device", candidate.name}, {"kind", candidate.kind}, {"driver", candidate.driver}};
+}
+
 }  // namespace fanlight

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "proto/base/printable.hpp"
+#include "proto/base/scratch_folder.hpp"
 #include "server/cli/commands.hpp"
 #include "server/cli/end_request.hpp"
 #include "server/cli/json_text.hpp"
@@ -44,28 +45,6 @@ struct SendOptions {
 constexpr long kFirstPauseMs = 2'000;
 constexpr long kLongestPauseMs = 300'000;
 constexpr long kLookMs = 1'000;  // for new files in the queue
-
-/// A folder of this process's own, which is removed at the end.
-class TemporaryQueue {
- public:
-  TemporaryQueue() {
-    std::error_code ignored;  // without a path, the queue cannot be opened
-    std::string name = (std::filesystem::temp_directory_path(ignored) / "fanlight-send-XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  TemporaryQueue(const TemporaryQueue&) = delete;
-  TemporaryQueue& operator=(const TemporaryQueue&) = delete;
-  ~TemporaryQueue() { remove(); }
-
-  void remove() const {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 void note_missing_id(const DicomIdentity& patient) {
   if (!patient.patient_id.empty()) return;
@@ -248,8 +227,10 @@ Result<void> send(const SendOptions& options) {
     fmt::print("{}: answers\n", archive->name);
     return {};
   }
-  std::optional<TemporaryQueue> temporary;
-  if (options.queue.empty()) temporary.emplace();
+  std::optional<ScratchFolder> temporary;
+  if (options.queue.empty()) {
+    if (auto made = temporary.emplace("fanlight-send").check(); !made) return made;
+  }
   const EndRequest end([&temporary] {
     if (temporary) temporary->remove();
     fmt::print(stderr, "fanlight send: ended by a signal, since what it was doing took over {} s\n",

@@ -158,7 +158,7 @@ const text = [
 ].join("\n");
 const file = join(
   output,
-  `${date}-${device
+  `${date}-${time.slice(0, 5).replace(":", "")}-${device
     .replace(/[^A-Za-z0-9]+/g, "-")
     .replace(/-$/, "")
     .slice(0, 40)}.md`,

@@ -46,12 +46,13 @@ class CountedSource final : public FrameSource {
   }
 
   std::uint64_t frames() const { return frames_; }
-  /// Waits for frames that come after the call; false where none come for a tenth of a second.
-  bool delivers() const {
+  /// Waits for a frame that comes after the call; false where none comes for so long.
+  bool delivers(std::chrono::milliseconds longest) const {
     const std::uint64_t before = frames();
-    for (int tenth_ms = 0; tenth_ms < 1000 && frames() < before + 5; ++tenth_ms)
+    const auto latest = std::chrono::steady_clock::now() + longest;
+    while (frames() == before && std::chrono::steady_clock::now() < latest)
       std::this_thread::sleep_for(std::chrono::microseconds(100));
-    return frames() >= before + 5;
+    return frames() > before;
   }
 
  private:
@@ -66,12 +67,15 @@ struct Refused {
   Error error;
 };
 
-/// A pipeline whose device is refused, after some time.
-Refused refused_pipeline(CountedSource& source, bool acquires_early) {
+constexpr std::chrono::milliseconds kLong{10'000};
+constexpr std::chrono::milliseconds kShort{50};
+
+/// A pipeline whose device is refused as soon as a frame has come, or after `longest`.
+Refused refused_pipeline(CountedSource& source, bool acquires_early, std::chrono::milliseconds longest) {
   SourceLink link;
   Refused refused;
   const auto refuse = [&](const std::string& /*name*/) -> Result<RenderDevice> {
-    refused.delivered_meanwhile = source.delivers();
+    refused.delivered_meanwhile = source.delivers(longest);
     return Error{ErrorCode::kNotFound, "there is no device"};
   };
   auto pipeline = Pipeline::create({.size = {.width = 8, .height = 8}, .acquires_early = acquires_early},
@@ -83,20 +87,20 @@ Refused refused_pipeline(CountedSource& source, bool acquires_early) {
 
 TEST(PipelineStartTest, ALiveSourceDeliversWhileTheDeviceIsOpened) {
   CountedSource source(false, 0);
-  const Refused refused = refused_pipeline(source, true);
+  const Refused refused = refused_pipeline(source, true, kLong);
   EXPECT_TRUE(refused.delivered_meanwhile);
   EXPECT_EQ(refused.error.message, "there is no device");
-  EXPECT_FALSE(source.delivers()) << "its thread has not ended";
+  EXPECT_FALSE(source.delivers(kShort)) << "its thread has not ended";
 }
 
 // They would lose their first frames.
 TEST(PipelineStartTest, OtherSourcesWaitForTheDevice) {
   CountedSource waits(true, 0);
-  EXPECT_FALSE(refused_pipeline(waits, true).delivered_meanwhile);
+  EXPECT_FALSE(refused_pipeline(waits, true, kShort).delivered_meanwhile);
   CountedSource ends(false, 3);
-  EXPECT_FALSE(refused_pipeline(ends, true).delivered_meanwhile);
+  EXPECT_FALSE(refused_pipeline(ends, true, kShort).delivered_meanwhile);
   CountedSource unasked(false, 0);
-  EXPECT_FALSE(refused_pipeline(unasked, false).delivered_meanwhile);
+  EXPECT_FALSE(refused_pipeline(unasked, false, kShort).delivered_meanwhile);
   EXPECT_EQ(waits.frames() + ends.frames() + unasked.frames(), 0U);
 }
 

@@ -145,8 +145,8 @@ TEST_F(FrameQueueTest, UsesTheMemoryOfTheFramesThatWait) {
   }
 }
 
-// Faults take a place in the queue, but no memory. The queue runs empty once, after some frames and faults,
-// and then never again.
+// Faults take a place in the queue, but no memory. The queue runs empty after different numbers of frames and
+// faults, and holds some for ten rounds then.
 TEST_F(FrameQueueTest, FramesThatWaitNeverShareMemory) {
   std::uint64_t put_last = 0;
   std::uint64_t read_last = 0;
