@@ -331,6 +331,7 @@ test("on a phone the picture comes first, and a scroll that begins on a slider s
         await touch("touchStart", after.x + 0.5 * after.width, middle);
         for (let step = 1; step <= 6; ++step) {
           await touch("touchMove", after.x + (0.5 - 0.05 * step) * after.width, middle);
+          if (step === 1) await pause(800); // a hand may rest: its drag is one change all the same
         }
         await touch("touchEnd");
         const dragged = Number(await slider.inputValue());

@@ -58,8 +58,9 @@ export class QuickPanel {
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
     page.undo.onclick = () => this.undo();
     page.redo.onclick = () => this.redo();
-    // A button acts after the hand has been lifted.
-    for (const event of ["pointerdown", "pointerup"])
+    window.addEventListener("pointerdown", () => this.history.beginGesture(), true);
+    // A button acts after the hand has been lifted. The list of a <select> swallows pointerup, and ends with a change.
+    for (const event of ["pointerup", "pointercancel", "change"])
       window.addEventListener(event, () => this.history.endGesture(), true);
   }
 

@@ -3,7 +3,7 @@
 import type { Value, Values } from "./scene";
 
 const kMost = 20;
-const kOneGestureMs = 700; // a drag sends many changes: those of the same fields within this time are one
+const kOneGestureMs = 700; // a key held down or a wheel sends many changes: those of the same fields are one
 
 interface Change {
   before: Values;
@@ -15,16 +15,18 @@ interface Change {
 export class UndoHistory {
   private readonly done: Change[] = [];
   private readonly undone: Change[] = [];
+  private hand: object | undefined; // the gesture of the hand that is down
 
   /**
    * `before`: the values that `after` replaces. `gesture`: changes with the same one are one change, however long it
-   * takes and also after endGesture().
+   * takes and also after endGesture(); by default that of the hand that is down.
    */
-  add(before: Values, after: Values, nowMs: number, gesture?: object): void {
+  add(before: Values, after: Values, nowMs: number, gesture = this.hand): void {
     this.undone.length = 0;
     const last = this.done.at(-1);
-    if (last && sameNames(last.after, after) && isOneChange(last, nowMs, gesture)) {
-      last.after = new Map(after);
+    if (last && isOneChange(last, after, nowMs, gesture)) {
+      last.before = new Map([...before, ...last.before]);
+      last.after = new Map([...last.after, ...after]);
       last.lastMs = nowMs;
       return;
     }
@@ -32,8 +34,14 @@ export class UndoHistory {
     if (this.done.length > kMost) this.done.shift();
   }
 
+  /** A hand is down: until endGesture() all changes are one, of whatever fields and however long the hand rests. */
+  beginGesture(): void {
+    this.hand = {};
+  }
+
   /** What comes now is a change of its own, however soon. */
   endGesture(): void {
+    this.hand = undefined;
     const last = this.done.at(-1);
     if (last) last.lastMs = -Infinity;
   }
@@ -73,8 +81,9 @@ export class UndoHistory {
   }
 }
 
-function isOneChange(last: Change, nowMs: number, gesture: object | undefined): boolean {
-  return gesture || last.gesture ? gesture === last.gesture : nowMs - last.lastMs < kOneGestureMs;
+function isOneChange(last: Change, after: Values, nowMs: number, gesture: object | undefined): boolean {
+  if (gesture || last.gesture) return gesture === last.gesture;
+  return nowMs - last.lastMs < kOneGestureMs && sameNames(last.after, after);
 }
 
 function sameNames(a: ReadonlyMap<string, Value>, b: ReadonlyMap<string, Value>): boolean {

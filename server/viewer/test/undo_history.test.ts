@@ -33,6 +33,27 @@ test("a hand that is lifted ends a change", () => {
   assert.deepEqual(history.undo(), values(1));
 });
 
+test("all changes between the fall and the lift of a hand are one, also where it rests", () => {
+  const history = new UndoHistory();
+  const angles = (yaw: number, pitch: number) =>
+    new Map([
+      ["camera.yaw_deg", yaw],
+      ["camera.pitch_deg", pitch],
+    ]);
+  history.add(values(1), values(2), 0);
+  history.beginGesture();
+  history.add(values(2), values(3), 100);
+  history.add(new Map([["camera.yaw_deg", 0]]), new Map([["camera.yaw_deg", 10]]), 5000);
+  history.add(angles(10, 0), angles(20, 30), 10_000);
+  history.endGesture();
+  history.add(values(3), values(4), 10_001);
+  assert.deepEqual(history.undo(), values(3));
+  assert.deepEqual(history.undo(), new Map([...values(2), ...angles(0, 0)]));
+  assert.deepEqual(history.undo(), values(1));
+  assert.deepEqual(history.redo(), values(2));
+  assert.deepEqual(history.redo(), new Map([...values(3), ...angles(20, 30)]));
+});
+
 test("what belongs to a gesture is one change, also after the hand was lifted", () => {
   const history = new UndoHistory();
   const [stroke, another] = [{}, {}];
