@@ -5,6 +5,9 @@
 #include "vector_types.h"
 
 #define FANLIGHT_MAX_SLICES 9
+// The window across a ray: points of each ring, and rings at most.
+#define FANLIGHT_ACROSS_POINTS 3
+#define FANLIGHT_MAX_ACROSS 3
 
 // A plane through the volume, shown in a part of the picture.
 FANLIGHT_SHADER_STRUCT(Slice) {
@@ -113,7 +116,7 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   uint segment_shift;
   float least_seen;
   float greatest_seen;
-  int across;  // radius of the window across a ray, in steps
+  int across;  // rings of the window across a ray, and its radius in steps
   int beside;  // how far from a ray its result may depend on echoes, in steps; at least `across`
 
   uint first_tile;  // first tile of the band
@@ -122,6 +125,10 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   int slab_samples;
   float slab_step;
   int slab_kind;  // FANLIGHT_SLAB_...
+
+  // In steps to the right and up. Three points on each ring have the mean and the variance of the
+  // (2 across + 1)^2 points of a square whose points lie a step apart.
+  vec2 across_points[FANLIGHT_ACROSS_POINTS * FANLIGHT_MAX_ACROSS];
 
   uint slices;  // number of slice_planes in use
   Slice slice_planes[FANLIGHT_MAX_SLICES];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ray of a pixel and its samples (renderer/ALGORITHM.md, pass 1). The includer has included
-// fan_volume.h, and declared the specialisation constant kAcross: a sample is the mean of (2 k + 1)^2 points
-// across the ray.
+// fan_volume.h, and declared the specialisation constant kAcross: a sample is a mean across the ray, of
+// 3 kAcross points.
 #ifndef FANLIGHT_SHADERS_RAY_H
 #define FANLIGHT_SHADERS_RAY_H
 
@@ -40,22 +40,22 @@ float echo_if_scanned(vec3 at) {
   return part.x <= part.y ? echo(at) : -1.0;
 }
 
-// The sample at depth t: 0 to 1, negative where the point on the ray was not scanned. With a window across
-// the ray, the mean over those of its points that were scanned.
+// The sample at depth t: 0 to 1, negative where nothing was scanned. With a window across the ray, the mean
+// of those of its points that were scanned, where the ray itself is within the frames; see
+// CastParameters::across_points.
 float sample_at(Ray ray, float t) {
   vec3 at = ray.from + t * ray.forward;
-  float middle = echo(at);
-  if (kAcross == 0) return exact(middle);
+  if (kAcross == 0) return exact(echo(at));
   float sum = 0.0;
   float count = 0.0;
-  [[dont_unroll]] for (int right = -kAcross; right <= kAcross; ++right) {
-    [[dont_unroll]] for (int up = -kAcross; up <= kAcross; ++up) {
-      float value = echo_if_scanned(at + float(right) * ray.across_right + float(up) * ray.across_up);
-      sum += max(value, 0.0);
-      count += value >= 0.0 ? 1.0 : 0.0;
-    }
+  [[dont_unroll]] for (int number = 0; number < FANLIGHT_ACROSS_POINTS * kAcross; ++number) {
+    vec2 aside = rays.across_points[number];
+    float value = echo_if_scanned(at + aside.x * ray.across_right + aside.y * ray.across_up);
+    sum += max(value, 0.0);
+    count += value >= 0.0 ? 1.0 : 0.0;
   }
-  return exact(middle < 0.0 ? middle : sum / count);
+  bool within = position_in_frame(at, from_axis_of(at)).margin >= 0.0;
+  return exact(within && count > 0.0 ? sum / count : -1.0);
 }
 
 #endif

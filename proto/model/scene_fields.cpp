@@ -136,7 +136,7 @@ const SceneField kFields[] = {
                               "distance of samples; 0 takes the finest distance of pixels in the frame", 0,
                               10, 0, FirstPass::kCast),
     row<MEMBER(rays.window)>("rays.window", "samples",
-                             "each sample is the mean of N by N samples across the ray, odd", 1, 7, 2,
+                             "width across the ray over which each sample is averaged, odd", 1, 7, 2,
                              FirstPass::kCast),
     row<MEMBER(rays.stride)>("rays.stride", "pixels",
                              "one ray per N by N pixels: 2 is coarse, with a quarter of the rays", 1, 2, 1,

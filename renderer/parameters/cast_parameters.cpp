@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "renderer/parameters/light_parameters.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
@@ -212,6 +213,22 @@ void set_slab(shaders::CastParameters& to, const Scene::Slice& slice) {
   to.slab_step = static_cast<float>(slice.slab_mm / 2 / to_a_side);
 }
 
+/// The points of the window across a ray. A square of side n has the variance (n^2 - 1) / 12 along each axis;
+/// a ring of three points at distance r has r^2 / 2. The rings have the same area between them. Each is
+/// turned by half of the angle between its points against the one before.
+void set_across(shaders::CastParameters& to, int window) {
+  to.across = window / 2;
+  const double most_squared = (window * window - 1) / 3.0;
+  for (int ring = 0; ring < to.across; ++ring) {
+    const double radius = std::sqrt(most_squared * (ring + 0.5) / to.across);
+    for (int number = 0; number < FANLIGHT_ACROSS_POINTS; ++number) {
+      const double angle = (2 * number + ring % 2) * std::numbers::pi / FANLIGHT_ACROSS_POINTS;
+      to.across_points[FANLIGHT_ACROSS_POINTS * ring + number] = {
+          static_cast<float>(radius * std::sin(angle)), static_cast<float>(radius * std::cos(angle))};
+    }
+  }
+}
+
 void set_segments(shaders::CastParameters& to, const Scene& scene) {
   to.segment_shift = FANLIGHT_MIN_SEGMENT_SHIFT;
   while ((to.steps - 1) >> to.segment_shift >= FANLIGHT_MAX_SEGMENTS && to.steps > 0) ++to.segment_shift;
@@ -225,7 +242,7 @@ void set_segments(shaders::CastParameters& to, const Scene& scene) {
   // The table is linear between two levels.
   to.least_seen = static_cast<float>((first - 1) / kGreyLevels);
   to.greatest_seen = static_cast<float>((last + 1) / kGreyLevels);
-  to.across = scene.rays.window / 2;
+  set_across(to, scene.rays.window);
   // The direction of a layer is read from its neighbourhood (kGradientReach in shaders/glass_layers.h).
   const int beside_layers = is_glass(scene) ? std::max(scene.detector.window / 4, 1) : 0;
   to.beside = std::max(to.across, beside_layers);

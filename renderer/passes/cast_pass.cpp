@@ -99,7 +99,7 @@ Result<void> CastPass::find_pipelines(const Scene& scene, const FanGeometry& geo
 
 /// Cuts the picture into tiles and the tiles into bands.
 void CastPass::set_tiles(const Scene& scene, const shaders::CastParameters& parameters) {
-  const std::uint64_t samples_across = std::uint64_t(scene.rays.window) * scene.rays.window;
+  const std::uint64_t samples_across = std::max(FANLIGHT_ACROSS_POINTS * (scene.rays.window / 2), 1);
   const std::uint64_t tile_samples =
       std::uint64_t{kTileSide} * kTileSide * samples_across * std::max(parameters.steps, 1U);
   const std::uint32_t tile_side = kTileSide * parameters.pixel_stride;

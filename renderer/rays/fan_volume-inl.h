@@ -56,36 +56,20 @@ class FanVolume {
 
   // The samples `first`, first + 1, ...: 0 to 1, and -1 where nothing was scanned.
   HWY_INLINE void samples_from(const Rays& ray, Floats first, Floats (&values)[kBatch]) const {
-    if (across_ > 0) {
-      for (int slot = 0; slot < kBatch; ++slot)
-        values[slot] = mean_across(ray, first + all(static_cast<float>(slot)));
-      return;
-    }
-    Point at_sample[kBatch];
-    Floats from_axis[kBatch];
-    Floats frame[kBatch];
+    Point points[kBatch];
     for (int slot = 0; slot < kBatch; ++slot) {
       const Floats t = all(rays_.start) + (first + all(static_cast<float>(slot))) * ray.spacing;
-      at_sample[slot] = at(ray.from, t, ray.forward);
-      from_axis[slot] = from_axis_of(at_sample[slot]);
+      points[slot] = at(ray.from, t, ray.forward);
     }
-    for (int slot = 0; slot < kBatch; ++slot) frame[slot] = frame_at(at_sample[slot], from_axis[slot]);
-    VoxelPosition positions[kBatch];
-    Voxels voxels[kBatch];
-    for (int slot = 0; slot < kBatch; ++slot)
-      positions[slot] = position_in_frame(at_sample[slot], from_axis[slot], frame[slot]);
-    for (int slot = 0; slot < kBatch; ++slot) voxels[slot] = voxels_at(positions[slot]);
-    for (int slot = 0; slot < kBatch; ++slot)
-      values[slot] = exact(echo_of(voxels[slot], positions[slot].scanned));
+    if (across_ > 0) return means_across(ray, points, values);
+    echoes_at(points, values);
+    for (int slot = 0; slot < kBatch; ++slot) values[slot] = exact(values[slot]);
   }
 
   // The echo at any point, 0 to 1; negative where nothing was scanned. Rays are cut to the frames, but points
   // beside them are not.
   HWY_INLINE Floats echo_if_scanned(const Point& point) const {
-    const Floats along = point.y + all(rays_.motor_radius);
-    const Floats behind_first = point.z * all(rays_.first_angle.x) - along * all(rays_.first_angle.y);
-    const Floats before_last = along * all(rays_.last_angle.y) - point.z * all(rays_.last_angle.x);
-    return where(hn::Ge(hn::Min(behind_first, before_last), zero()), echo(point), all(-1.0F));
+    return where(is_between_frames(point), echo(point), all(-1.0F));
   }
 
   HWY_INLINE Floats from_axis_of(const Point& point) const {
@@ -178,23 +162,52 @@ class FanVolume {
     return echo_of(voxels_at(position), position.scanned);
   }
 
-  // sample_at() of ray.h: the mean of the scanned points of a window across the ray.
-  HWY_INLINE Floats mean_across(const Rays& ray, Floats index) const {
-    const Point point = at(ray.from, all(rays_.start) + index * ray.spacing, ray.forward);
-    const Floats middle = echo(point);
-    const Mask known = hn::Ge(middle, zero());
-    if (is_empty(known)) return all(-1.0F);
-    Floats sum = zero();
-    Floats count = zero();
-    for (int right = -across_; right <= across_; ++right) {
-      const Point beside = at(point, all(static_cast<float>(right)), ray.across_right);
-      for (int up = -across_; up <= across_; ++up) {
-        const Floats value = echo_if_scanned(at(beside, all(static_cast<float>(up)), ray.across_up));
-        sum = sum + hn::Max(value, zero());
-        count = count + hn::IfThenElseZero(hn::Ge(value, zero()), all(1.0F));
+  // echo() of several points that do not depend on each other.
+  HWY_INLINE void echoes_at(const Point (&points)[kBatch], Floats (&values)[kBatch]) const {
+    Floats from_axis[kBatch];
+    Floats frame[kBatch];
+    for (int slot = 0; slot < kBatch; ++slot) from_axis[slot] = from_axis_of(points[slot]);
+    for (int slot = 0; slot < kBatch; ++slot) frame[slot] = frame_at(points[slot], from_axis[slot]);
+    VoxelPosition positions[kBatch];
+    Voxels voxels[kBatch];
+    for (int slot = 0; slot < kBatch; ++slot)
+      positions[slot] = position_in_frame(points[slot], from_axis[slot], frame[slot]);
+    for (int slot = 0; slot < kBatch; ++slot) voxels[slot] = voxels_at(positions[slot]);
+    for (int slot = 0; slot < kBatch; ++slot) values[slot] = echo_of(voxels[slot], positions[slot].scanned);
+  }
+
+  // The means across the ray of sample_at() of ray.h.
+  HWY_INLINE void means_across(const Rays& ray, const Point (&middles)[kBatch],
+                               Floats (&means)[kBatch]) const {
+    Floats counts[kBatch];
+    for (int slot = 0; slot < kBatch; ++slot) means[slot] = counts[slot] = zero();
+    for (int number = 0; number < FANLIGHT_ACROSS_POINTS * across_; ++number) {
+      const shaders::vec2 aside = rays_.across_points[number];
+      Point points[kBatch];
+      Floats echoes[kBatch];
+      for (int slot = 0; slot < kBatch; ++slot) {
+        points[slot] = at(at(middles[slot], all(aside.x), ray.across_right), all(aside.y), ray.across_up);
+      }
+      echoes_at(points, echoes);
+      for (int slot = 0; slot < kBatch; ++slot) {
+        const Mask known = hn::And(hn::Ge(echoes[slot], zero()), is_between_frames(points[slot]));
+        means[slot] = means[slot] + hn::IfThenElseZero(known, echoes[slot]);
+        counts[slot] = counts[slot] + hn::IfThenElseZero(known, all(1.0F));
       }
     }
-    return exact(where(known, sum / count, middle));
+    for (int slot = 0; slot < kBatch; ++slot) {
+      const Floats from_axis = from_axis_of(middles[slot]);
+      const Mask within = position_in_frame(middles[slot], from_axis, zero()).scanned;
+      const Mask known = hn::And(within, hn::Gt(counts[slot], zero()));
+      means[slot] = exact(where(known, means[slot] / hn::Max(counts[slot], all(1.0F)), all(-1.0F)));
+    }
+  }
+
+  HWY_INLINE Mask is_between_frames(const Point& point) const {
+    const Floats along = point.y + all(rays_.motor_radius);
+    const Floats behind_first = point.z * all(rays_.first_angle.x) - along * all(rays_.first_angle.y);
+    const Floats before_last = along * all(rays_.last_angle.y) - point.z * all(rays_.last_angle.x);
+    return hn::Ge(hn::Min(behind_first, before_last), zero());
   }
 
   HWY_INLINE static Floats exact(Floats value) {

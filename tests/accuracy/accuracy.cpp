@@ -28,10 +28,11 @@ void apply(const std::string& change, Scene& scene) {
   const std::string name = change.substr(0, equals);
   const SceneField* const field = find_scene_field(name);
   const bool free = name.starts_with("speckle.") || name.starts_with("detector.") ||
-                    name.starts_with("filter.") || name == "light.normals";
+                    name.starts_with("filter.") || name == "light.normals" || name == "rays.window";
   if (equals == std::string::npos || field == nullptr || !free) {
     throw std::runtime_error(fmt::format(
-        "--set {} names no such field, expected speckle., detector. or filter.NAME=VALUE, or light.normals",
+        "--set {} names no such field, expected speckle., detector. or filter.NAME=VALUE, light.normals, or "
+        "rays.window",
         change));
   }
   if (auto set = set_field(scene, *field, std::string_view(change).substr(equals + 1)); !set)

@@ -170,6 +170,7 @@ TEST(Layout, CastParametersAreOneInBothLanguages) {
                             OFFSET(CastParameters, slab_samples),
                             OFFSET(CastParameters, slab_step),
                             OFFSET(CastParameters, slab_kind),
+                            OFFSET(CastParameters, across_points),
                             OFFSET(CastParameters, slices),
                             OFFSET(CastParameters, slice_planes)};
   for (const auto spirv : {shaders::cast_spirv, shaders::slice_spirv, shaders::confidence_spirv,

@@ -6,6 +6,7 @@
 #include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <optional>
 
 #include "tests/support/cpu_twin.hpp"
@@ -25,7 +26,7 @@ using glm::dvec3;
 /// Samples along a ray, 0 to 1; nullopt: not scanned.
 using SampleValues = std::vector<std::optional<double>>;
 
-/// The samples of one ray. Each is the mean of a window across the ray, whose points lie one step apart
+/// The samples of one ray. With a window, each is the mean of rings of three points across it
 /// (shaders/ray.h).
 class RaySamples {
  public:
@@ -42,24 +43,23 @@ class RaySamples {
   double end_mm() const { return scene_.rays.end_mm; }
   double depth_mm(double index) const { return scene_.rays.start_mm + index * depth_step_mm_; }
 
-  /// The sample at a depth, 0 to 1; nullopt where the point on the ray was not scanned.
+  /// The sample at a depth, 0 to 1; nullopt where nothing was scanned.
   std::optional<double> at(double depth_mm) const {
     if (depth_mm < ray_.eye_mm) return std::nullopt;
-    const auto centre = twin_echo(scene_.speckle, prepared_, ray_.at(depth_mm));
-    if (!centre || scene_.rays.window == 1) return centre;
-    const int radius = scene_.rays.window / 2;
-    double sum = 0;
-    int scanned = 0;
-    for (int up = -radius; up <= radius; ++up) {
-      for (int right = -radius; right <= radius; ++right) {
-        const dvec3 beside = (right * step_mm_) * right_ + (up * step_mm_) * up_;
-        const auto value = twin_echo(scene_.speckle, prepared_, ray_.at(depth_mm) + beside);
-        if (!value) continue;
-        sum += *value;
-        ++scanned;
-      }
+    const int window = scene_.rays.window;
+    const dvec3 middle = ray_.at(depth_mm);
+    if (window == 1) return twin_echo(scene_.speckle, prepared_, middle);
+    std::vector<double> scanned;
+    for (int point = 0; point < window / 2 * 3; ++point) {
+      const double disc_mm = std::sqrt((window * window - 1) / 3.0) * step_mm_;
+      const double angle = radians(120.0 * point + 60.0 * (point / 3 % 2));
+      const dvec3 way = std::sin(angle) * right_ + std::cos(angle) * up_;
+      const dvec3 beside = disc_mm * std::sqrt((2 * (point / 3) + 1.0) / (window - 1)) * way;
+      const auto value = twin_echo(scene_.speckle, prepared_, middle + beside);
+      if (value) scanned.push_back(*value);
     }
-    return sum / scanned;
+    if (scanned.empty() || !is_within_frames(scene_.speckle, prepared_, middle)) return std::nullopt;
+    return std::accumulate(scanned.begin(), scanned.end(), 0.0) / static_cast<double>(scanned.size());
   }
 
   /// All samples from the start of the ray to its end.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 
 namespace fanlight::test {
 
@@ -34,6 +35,21 @@ bool in_sector(const Scene::Speckle& speckle, const FanGeometry& geometry, Plane
          (sector.reach_mm == 0 || reach_mm <= sector.reach_mm - margin_mm);
 }
 
+/// Column, row and frame of a point; nullopt outside the frames.
+std::optional<glm::dvec3> voxel_place(const Scene::Speckle& speckle, const Volume& volume,
+                                      const glm::dvec3& at) {
+  const FanGeometry& geometry = volume.geometry();
+  const FanCoordinate fan = geometry.fan_coordinate(at.y, at.z);
+  const auto [column, row] = geometry.frame_place({at.x, fan.depth_mm});
+  if (column < 0 || column > geometry.columns - 1 || row < 0 || row > geometry.rows - 1 ||
+      !in_sector(speckle, geometry, {at.x, fan.depth_mm})) {
+    return std::nullopt;
+  }
+  const auto frame = frame_coordinate(volume, fan.angle_rad);
+  if (!frame) return std::nullopt;
+  return glm::dvec3(column, row, *frame);
+}
+
 }  // namespace
 
 std::optional<double> frame_coordinate(const Volume& volume, double angle_rad) {
@@ -46,18 +62,16 @@ std::optional<double> frame_coordinate(const Volume& volume, double angle_rad) {
   return static_cast<double>(below) + (step > 0 ? (angle_rad - angle(below)) / step : 0);
 }
 
+bool is_within_frames(const Scene::Speckle& speckle, const Volume& prepared, const glm::dvec3& at) {
+  return voxel_place(speckle, prepared, at).has_value();
+}
+
 std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& prepared, const glm::dvec3& at) {
   const FanGeometry& geometry = prepared.geometry();
-  const FanCoordinate fan = geometry.fan_coordinate(at.y, at.z);
-  const auto [column, row] = geometry.frame_place({at.x, fan.depth_mm});
-  if (column < 0 || column > geometry.columns - 1 || row < 0 || row > geometry.rows - 1 ||
-      !in_sector(speckle, geometry, {at.x, fan.depth_mm})) {
-    return std::nullopt;
-  }
-  const auto frame = frame_coordinate(prepared, fan.angle_rad);
-  if (!frame) return std::nullopt;
-  const glm::dvec3 base(std::floor(column), std::floor(row), std::floor(*frame));
-  const glm::dvec3 fraction = glm::dvec3(column, row, *frame) - base;
+  const auto place = voxel_place(speckle, prepared, at);
+  if (!place) return std::nullopt;
+  const glm::dvec3 base = glm::floor(*place);
+  const glm::dvec3 fraction = *place - base;
   double value = 0;
   double darkest = 1;
   for (int corner = 0; corner < 8; ++corner) {

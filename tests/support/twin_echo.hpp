@@ -14,6 +14,9 @@ namespace fanlight::test {
 /// sector, where pixels without an echo, or windows of pass 0 with such pixels, would contribute.
 std::optional<double> twin_echo(const Scene::Speckle& speckle, const Volume& prepared, const glm::dvec3& at);
 
+/// Whether a point lies between the first and the last frame and within their borders, whatever its voxels.
+bool is_within_frames(const Scene::Speckle& speckle, const Volume& prepared, const glm::dvec3& at);
+
 /// The frame coordinate of an angle among the frames by ascending angle: 0 for the first frame, a fraction
 /// between two. nullopt outside them.
 std::optional<double> frame_coordinate(const Volume& volume, double angle_rad);
