@@ -33,7 +33,7 @@ layout(constant_id = 1) const int kKeep = FANLIGHT_KEEP_NOTHING;
 layout(constant_id = 2) const int kFrames = FANLIGHT_FRAMES_PARALLEL;
 // Where on its edge the surface lies: FANLIGHT_PLACE_...
 layout(constant_id = 3) const int kPlace = FANLIGHT_PLACE_REFINED;
-// A sample is the mean of (2 k + 1)^2 points across the ray.
+// A sample is the mean of 3 k points across the ray; that on the ray for 0.
 layout(constant_id = 4) const int kAcross = 0;
 // Rays skip the segments whose bits are not set.
 layout(constant_id = 5) const bool kSkipping = true;

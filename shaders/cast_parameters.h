@@ -116,8 +116,8 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   uint segment_shift;
   float least_seen;
   float greatest_seen;
-  int across;  // rings of the window across a ray, and its radius in steps
-  int beside;  // how far from a ray its result may depend on echoes, in steps; at least `across`
+  int across;  // rings of the window across a ray; its points lie within 1.25 `across` steps of the ray
+  int beside;  // at least `across`: the result of a ray depends on echoes within 1.5 `beside` steps of it
 
   uint first_tile;  // first tile of the band
 
@@ -126,8 +126,7 @@ FANLIGHT_SHADER_STRUCT(CastParameters) {
   float slab_step;
   int slab_kind;  // FANLIGHT_SLAB_...
 
-  // In steps to the right and up. Three points on each ring have the mean and the variance of the
-  // (2 across + 1)^2 points of a square whose points lie a step apart.
+  // The window across a ray, in steps to the right and up (points_across()).
   vec2 across_points[FANLIGHT_ACROSS_POINTS * FANLIGHT_MAX_ACROSS];
 
   uint slices;  // number of slice_planes in use

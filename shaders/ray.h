@@ -49,7 +49,8 @@ float sample_at(Ray ray, float t) {
   float sum = 0.0;
   float count = 0.0;
   [[dont_unroll]] for (int number = 0; number < FANLIGHT_ACROSS_POINTS * kAcross; ++number) {
-    vec2 aside = rays.across_points[number];
+    vec2 aside =
+        parameters[FANLIGHT_PARAMETER_INDEX].across_points[number];  // `rays` may be a copy in registers
     float value = echo_if_scanned(at + aside.x * ray.across_right + aside.y * ray.across_up);
     sum += max(value, 0.0);
     count += value >= 0.0 ? 1.0 : 0.0;

@@ -84,7 +84,7 @@ float reach_along(Cell cell, vec3 direction) {
     float aside = abs(dot(line.first + cell.index * line.step, direction));
     reach = max(reach, aside + cell.half_length * abs(dot(cell.tile.middle.step + line.step, direction)));
   }
-  float across = 1.5 * float(steps_beside_ray()) * rays.step;  // of a square: more than half of its diagonal
+  float across = 1.5 * float(steps_beside_ray()) * rays.step;  // more than half of a square's diagonal
   return (kSlackFactor + cell.tile.widening) * (reach + across) + kSlackMm;
 }
 

@@ -114,9 +114,8 @@ struct Scene {
     double start_mm = 0;  ///< depth at which sampling begins
     double end_mm = 160;
     double step_mm = 0;  ///< 0: the finest pixel distance of the frame
-    int window =
-        1;  ///< each sample is the mean of window x window samples, one step apart across the ray; odd
-    int stride = 1;  ///< one ray for stride x stride pixels, through the first of them
+    int window = 1;      ///< steps across the ray over which each sample is averaged, odd
+    int stride = 1;      ///< one ray for stride x stride pixels, through the first of them
   } rays;
 
   /// Nothing outside is shown: a box in the transducer frame, and two planes.

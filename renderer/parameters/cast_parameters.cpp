@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numbers>
 
 #include "renderer/parameters/light_parameters.hpp"
 #include "renderer/parameters/speckle_filter.hpp"
+#include "renderer/parameters/window_across.hpp"
 #include "shaders/bindings.h"
 #include "shaders/prepare_constants.h"
 
@@ -213,20 +213,11 @@ void set_slab(shaders::CastParameters& to, const Scene::Slice& slice) {
   to.slab_step = static_cast<float>(slice.slab_mm / 2 / to_a_side);
 }
 
-/// The points of the window across a ray. A square of side n has the variance (n^2 - 1) / 12 along each axis;
-/// a ring of three points at distance r has r^2 / 2. The rings have the same area between them. Each is
-/// turned by half of the angle between its points against the one before.
 void set_across(shaders::CastParameters& to, int window) {
   to.across = window / 2;
-  const double most_squared = (window * window - 1) / 3.0;
-  for (int ring = 0; ring < to.across; ++ring) {
-    const double radius = std::sqrt(most_squared * (ring + 0.5) / to.across);
-    for (int number = 0; number < FANLIGHT_ACROSS_POINTS; ++number) {
-      const double angle = (2 * number + ring % 2) * std::numbers::pi / FANLIGHT_ACROSS_POINTS;
-      to.across_points[FANLIGHT_ACROSS_POINTS * ring + number] = {
-          static_cast<float>(radius * std::sin(angle)), static_cast<float>(radius * std::cos(angle))};
-    }
-  }
+  std::size_t number = 0;
+  for (const glm::dvec2& point : points_across(window))
+    to.across_points[number++] = {static_cast<float>(point.x), static_cast<float>(point.y)};
 }
 
 void set_segments(shaders::CastParameters& to, const Scene& scene) {

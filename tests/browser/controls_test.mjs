@@ -128,6 +128,15 @@ test("presets, sliders and panes change the picture, and undo and redo take that
     await viewer.settled();
     assert.ok(await isPressed(viewer, '[data-preset="bone"]'), "redo does not make the preset again");
     await click(viewer, "#undo");
+    const smoothing = viewer.page.locator('[data-quick="filter.size_mm"]');
+    const smoothed = await viewer.field("filter.size_mm");
+    await smoothing.focus();
+    for (let step = 0; step < 4; ++step) await smoothing.press("ArrowRight");
+    await viewer.settled();
+    assert.notEqual(await viewer.field("filter.size_mm"), smoothed);
+    await click(viewer, "#undo");
+    await viewer.settled();
+    assert.equal(await viewer.field("filter.size_mm"), smoothed, "the steps of a key are not one change");
     await click(viewer, '[data-preset="baby"]');
     assert.equal(await viewer.field("light.haze"), 0.008);
     await click(viewer, '[data-preset="face"]');

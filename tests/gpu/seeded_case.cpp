@@ -135,7 +135,7 @@ void set_camera(Dice& dice, Scene& scene) {
   scene.rays.start_mm = dice.between(0, 8);
   scene.rays.end_mm *= dice.between(0.95, 1.2);
   if (dice.one_in(4)) scene.rays.step_mm = dice.between(0.3, 0.8);
-  if (dice.one_in(4)) scene.rays.window = dice.one_in(5) ? 5 : 3;
+  if (dice.one_in(4)) scene.rays.window = !dice.one_in(5) ? 3 : dice.one_in(2) ? 7 : 5;
 }
 
 /// A clip plane near a point, which stays visible.

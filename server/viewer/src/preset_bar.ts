@@ -32,7 +32,11 @@ export class PresetBar {
   setFound(found: Values): void {
     const isOwn = this.builtIn.some((preset) => preset.foundFields.length === 0 && this.holds(preset));
     const kept = isOwn ? this.builtIn.flatMap(({ foundFields }) => foundFields) : [];
-    this.editor.set([...found].filter(([name]) => !kept.includes(name)));
+    // It comes some time after the hand that asked for it, and is no part of what the hand does now.
+    this.editor.set(
+      [...found].filter(([name]) => !kept.includes(name)),
+      {},
+    );
   }
 
   refresh(): void {

@@ -19,6 +19,7 @@ import type { SettingsEditor } from "./settings_editor";
 import { SlabControl } from "./slab_control";
 import { SteadyMark } from "./steady_mark";
 import { Tomography } from "./tomography";
+import { followHand } from "./hand_gesture";
 import { UndoHistory } from "./undo_history";
 import { picturePixel, surfacePart, type PagePoint } from "./view_geometry";
 
@@ -58,10 +59,7 @@ export class QuickPanel {
     connectSearch(page.findSetting, page.form, find("#no-setting", HTMLElement));
     page.undo.onclick = () => this.undo();
     page.redo.onclick = () => this.redo();
-    window.addEventListener("pointerdown", () => this.history.beginGesture(), true);
-    // A button acts after the hand has been lifted. The list of a <select> swallows pointerup, and ends with a change.
-    for (const event of ["pointerup", "pointercancel", "change"])
-      window.addEventListener(event, () => this.history.endGesture(), true);
+    followHand(this.history);
   }
 
   /** Call at the start of a session. */

@@ -253,7 +253,7 @@ export class Scalpel {
       if (!points) return this.events.failed("The server does not say where the surface is. Try again.");
       const depths = points.flatMap((point) => (point ? [depthOf(point, view)] : []));
       if (depths.length === 0) return this.events.failed("There is no surface inside the lasso to cut from.");
-      this.add(this.editor.text(kField), lassoCut(kind, pixels, view, planeMm, Math.min(...depths) + deepMm));
+      this.add(this.editor.text(kField), lassoCut(kind, pixels, view, planeMm, Math.min(...depths) + deepMm), {});
     });
   }
 

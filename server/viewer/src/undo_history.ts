@@ -46,7 +46,7 @@ export class UndoHistory {
     if (last) last.lastMs = -Infinity;
   }
 
-  /** The last change did not come about. */
+  /** The last change did not come about. Where it is a drag of many, none of them can be undone. */
   drop(): void {
     this.done.pop();
   }
