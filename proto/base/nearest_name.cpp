@@ -30,6 +30,26 @@ std::size_t distance(std::string_view from, std::string_view to) {
   return last.back();
 }
 
+/// "a", "a or b", "a, b or c".
+std::string one_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t index = 0; index < names.size(); ++index) {
+    if (index > 0) text += index + 1 < names.size() ? ", " : " or ";
+    text += names[index];
+  }
+  return text;
+}
+
+/// Those of which `part` is the last part: light.kind and filter.kind for kind.
+std::vector<std::string> names_ending_in(std::string_view part, const std::vector<std::string>& known) {
+  std::vector<std::string> names;
+  for (const std::string& name : known) {
+    const std::size_t point = name.rfind('.');
+    if (point != std::string::npos && name.substr(point + 1) == part) names.push_back(name);
+  }
+  return names;
+}
+
 }  // namespace
 
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& known) {
@@ -37,6 +57,8 @@ std::string nearest_name(std::string_view typed, const std::vector<std::string>&
   // One letter is near to any other.
   const std::size_t dashes = std::min(typed.find_first_not_of('-'), typed.size());
   if (typed.size() - dashes < 2 || typed.size() > kLongest) return "";
+  if (const auto longer = names_ending_in(typed.substr(dashes), known); !longer.empty())
+    return one_of(longer);
   std::string best;
   std::size_t fewest = std::max<std::size_t>(1, typed.size() / 3) + 1;
   for (const std::string& name : known) {

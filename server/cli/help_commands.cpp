@@ -13,6 +13,7 @@
 #include "server/cli/man_page.hpp"
 #include "server/help/command_help.hpp"
 #include "server/help/option_table.hpp"
+#include "server/help/unknown_argument.hpp"
 
 namespace fanlight {
 
@@ -23,7 +24,7 @@ Result<const CLI::App*> find_command(const CLI::App& program, const std::vector<
   const CLI::App* command = &program;
   for (const std::string& word : words) {
     const CLI::App* const inner = find_subcommand(*command, word);
-    if (inner == nullptr) return Error{ErrorCode::kInvalidArgument, unknown_argument(*command, word)};
+    if (inner == nullptr) return Error{ErrorCode::kInvalidArgument, unknown_argument(*command, {word})};
     command = inner;
   }
   return command;

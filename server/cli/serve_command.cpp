@@ -79,7 +79,7 @@ Error wrong_configuration(Error refusal) {
 
 /// A probe may be plugged in later, and a scanner switched on.
 Error refused_source(const ServeOptions& options, const Error& refusal) {
-  const Error placed = options.placed("source", refusal);
+  const Error placed = options.source_refusal(refusal);
   const bool may_come = options.source.starts_with("usb:") || options.source.starts_with("igtl:");
   return may_come && refusal.code != ErrorCode::kInvalidArgument ? placed : wrong_configuration(placed);
 }

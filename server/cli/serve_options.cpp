@@ -302,7 +302,7 @@ Result<void> ServeOptions::check_inputs() const {
     Doorbell server_bell;
     ProbeLink none(acquisition_bell, server_bell);
     const auto opened = open_source(source, playing, none, nullptr);
-    if (!opened) return placed("source", opened.error());
+    if (!opened) return source_refusal(opened.error());
     if (const auto shown = scene.applied_to(suggested_scene((*opened)->description())); !shown)
       return shown.error();
   }
@@ -322,6 +322,17 @@ Result<void> ServeOptions::check_inputs() const {
       return placed("tls-certificate", context.error());
   }
   return {};
+}
+
+Error ServeOptions::source_refusal(const Error& refusal) const {
+  unsigned port = 0;
+  const char* const end = source.data() + source.size();
+  const auto [rest, failure] = std::from_chars(source.data(), end, port);
+  const bool is_port = failure == std::errc() && rest == end && port <= 65535;
+  if (std::error_code unknown; !is_port || std::filesystem::exists(source, unknown))
+    return placed("source", refusal);
+  return placed("source", {ErrorCode::kInvalidArgument,
+                           fmt::format("there is no source \"{0}\", did you mean --listen {0}?", source)});
 }
 
 Result<std::vector<ServeOptions::Reread>> ServeOptions::read_again() {

@@ -73,6 +73,8 @@ struct ServeOptions {
 
   /// A refusal of the value of an option, with the place that gave it, such as "fanlight.toml, line 3".
   Error placed(const std::string& name, Error refusal) const;
+  /// The same for the source. A number that is no file is taken for a port, which --listen has.
+  Error source_refusal(const Error& refusal) const;
 
   /// Refuses what is wrong with the source, the scene, tokens and certificates. A probe need not be plugged
   /// in, and a recording that a crash left is not looked into. Reads files, and writes none.

@@ -10,7 +10,9 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "proto/base/clock.hpp"
@@ -22,8 +24,10 @@
 #include "server/cli/named_option.hpp"
 #include "server/cli/watch_report.hpp"
 #include "server/client/client_options.hpp"
+#include "server/client/server_url.hpp"
 #include "server/client/stream_client.hpp"
 #include "server/state/replay_proxy.hpp"
+#include "server/state/scene_json.hpp"
 #include "server/state/scene_message.hpp"
 
 namespace fanlight {
@@ -54,16 +58,16 @@ Result<v1::Scene> change_of(const std::vector<std::string>& items) {
   for (const std::string& item : items) {
     const std::size_t equals = item.find('=');
     const std::string name = item.substr(0, equals);
+    const auto refused = [&](const std::string& why) {
+      return Error{ErrorCode::kInvalidArgument, fmt::format("--set {}", why)};
+    };
+    if (equals == std::string::npos || equals == 0)
+      return refused(fmt::format("{}: expected NAME=VALUE, such as light.up_mm=20", printable(item)));
     const SceneField* const field = find_scene_field(name);
-    if (field == nullptr || equals == std::string::npos) {
-      return Error{
-          ErrorCode::kInvalidArgument,
-          fmt::format("--set {}: expected NAME=VALUE with a field of the scene, such as light.up_mm=20",
-                      item)};
-    }
+    if (field == nullptr) return refused(no_scene_field(name).message);
     Scene scene;
     if (auto set = set_field(scene, *field, std::string_view(item).substr(equals + 1)); !set)
-      return set.error();
+      return refused(set.error().message);
     if (field->is_text()) {
       put_change(change, *field, field->get_text(scene));
     } else {
@@ -76,9 +80,18 @@ Result<v1::Scene> change_of(const std::vector<std::string>& items) {
 /// Watches one stream until the options or a signal end it.
 class Watch {
  public:
-  Watch(const WatchOptions& options, StreamClient& client) : options_(options), client_(client) {}
+  /// `change`: that which `options` name. The options and the client must outlive this.
+  Watch(const WatchOptions& options, v1::Scene change, StreamClient& client)
+      : options_(options), change_(std::move(change)), client_(client) {}
 
   Result<void> run() {
+    auto ended = watch();
+    report_rest();
+    return ended;
+  }
+
+ private:
+  Result<void> watch() {
     if (auto asked = ask(); !asked) return asked;
     const std::int64_t from_ns = now_ns();
     while (!interrupted) {
@@ -96,7 +109,6 @@ class Watch {
     return {};
   }
 
- private:
   Result<void> ask() {
     v1::ClientMessage stream;
     *stream.mutable_stream() = options_.stream;
@@ -115,15 +127,13 @@ class Watch {
       if (auto sent = client_.send(message); !sent) return sent;
     }
     if (options_.changes.empty()) return {};
-    const auto change = change_of(options_.changes);
-    if (!change) return change.error();
     v1::ClientMessage message;
     if (options_.own_view) {
       message.mutable_view()->set_request_id(1);
-      *message.mutable_view()->mutable_scene() = *change;
+      *message.mutable_view()->mutable_scene() = change_;
     } else {
       message.mutable_scene_change()->set_request_id(1);
-      *message.mutable_scene_change()->mutable_scene() = *change;
+      *message.mutable_scene_change()->mutable_scene() = change_;
     }
     return client_.send(message);
   }
@@ -209,20 +219,30 @@ class Watch {
   void report(const v1::Statistics& statistics) {
     const std::int64_t ahead_ns = statistics.server_time_ns() - now_ns();
     clock_ahead_ns_ = std::max(clock_ahead_ns_.value_or(ahead_ns), ahead_ns);
-    std::ranges::sort(second_.ages_ms);
-    const double age_ms = second_.ages_ms.empty() ? 0 : second_.ages_ms[second_.ages_ms.size() / 2];
+    statistics_ = statistics;
+    print_second();
+    heard_ns_ = now_ns();
+  }
+
+  /// The pictures after the last statistics.
+  void report_rest() {
+    if (second_.pictures > 0) print_second();
+  }
+
+  void print_second() {
+    const v1::Statistics* const statistics = statistics_ ? &*statistics_ : nullptr;
     if (options_.json) {
-      print_json(second_, age_ms, liveness_, statistics);
+      print_json(second_, liveness_, statistics);
     } else {
-      print_text(second_, age_ms, liveness_, statistics);
+      print_text(second_, liveness_, statistics);
     }
     std::fflush(stdout);
     second_ = {};
-    heard_ns_ = now_ns();
   }
 
   /// The server has stopped, or the way to it.
   void report_silence() {
+    report_rest();
     const double silent_s = static_cast<double>(now_ns() - heard_ns_) / 1e9;
     const std::string sentence = fmt::format("The server has not answered for {:.0f} s.", silent_s);
     if (options_.json) {
@@ -236,10 +256,12 @@ class Watch {
   }
 
   const WatchOptions& options_;
+  const v1::Scene change_;
   StreamClient& client_;
   std::uint64_t pictures_ = 0;
   WatchedSecond second_;
   v1::Liveness liveness_;                       // the last one received
+  std::optional<v1::Statistics> statistics_;    // likewise
   std::optional<std::int64_t> clock_ahead_ns_;  // the server's, by the message that was fastest on its way
   std::int64_t heard_ns_ = now_ns();            // when the last statistics came
 };
@@ -247,17 +269,21 @@ class Watch {
 Result<void> watch(const WatchOptions& options) {
   const auto server = options.client.config();
   if (!server) return server.error();
+  const auto url = parse_server_url(server->url);
+  if (!url) return url.error();
+  auto change = change_of(options.changes);
+  if (!change) return change.error();
   const auto client = StreamClient::connect(*server);
   if (!client) return client.error();
   const v1::Hello& hello = (*client)->hello();
-  fmt::print(stderr, "{} {}: {} on {}, {} x {}; session {} as {}\n", server->url,
+  fmt::print(stderr, "{} {}: {} on {}, {} x {}; session {} as {}\n", url->text(),
              printable(hello.server_version()), printable(hello.source()), printable(hello.device()),
              hello.picture_width(), hello.picture_height(), hello.session_id(), v1::Role_Name(hello.role()));
   for (const std::string& note : hello.notes()) fmt::print(stderr, "note: {}\n", printable(note));
   // The server sends a message at least once a second, which ends the wait for the next one.
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });
-  return Watch(options, **client).run();
+  return Watch(options, *std::move(change), **client).run();
 }
 
 // The order of the options is that of --help.
@@ -283,7 +309,8 @@ void add_output_options(CLI::App& command, WatchOptions& options) {
       ->type_name("PATH");
   command.add_option("--pictures", options.pictures, "Exit after this many pictures")->type_name("N");
   command.add_option("--seconds", options.seconds, "Exit after this time")->type_name("S");
-  command.add_flag("--json", options.json, "Print statistics as a line of JSON per second");
+  command.add_flag("--json", options.json,
+                   "Print statistics as a line of JSON per second, and one at the end for the rest");
 }
 
 void add_stream_options(CLI::App& command, WatchOptions& options) {

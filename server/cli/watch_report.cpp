@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "proto/base/printable.hpp"
@@ -28,37 +30,49 @@ std::string state_text(const v1::Liveness& liveness) {
                      explains ? printable(liveness.sentence()) : "");
 }
 
+/// The median age of a second's pictures; none where no age is known. Sorts the ages.
+std::optional<double> median_age_ms(WatchedSecond& second) {
+  if (second.ages_ms.empty()) return std::nullopt;
+  std::ranges::sort(second.ages_ms);
+  return second.ages_ms[second.ages_ms.size() / 2];
+}
+
 }  // namespace
 
-void print_json(const WatchedSecond& second, double age_ms, const v1::Liveness& liveness,
-                const v1::Statistics& statistics) {
-  const nlohmann::ordered_json report = {{"pictures", second.pictures},
-                                         {"bytes", second.bytes},
-                                         {"age_ms", age_ms},
-                                         {"offered", statistics.pictures_offered()},
-                                         {"sent", statistics.pictures_sent()},
-                                         {"skipped", statistics.pictures_skipped()},
-                                         {"volumes_assembled", statistics.volumes_assembled()},
-                                         {"volumes_dropped", statistics.volumes_dropped()},
-                                         {"frames_lost", statistics.frames_lost()},
-                                         {"sessions", statistics.sessions()},
-                                         {"source", printable(statistics.source_state())},
-                                         {"picture", state_name(liveness)},
-                                         {"picture_age_s", liveness.age_s()},
-                                         {"reason", printable(liveness.sentence())}};
+void print_json(WatchedSecond& second, const v1::Liveness& liveness, const v1::Statistics* statistics) {
+  using Json = nlohmann::ordered_json;
+  const v1::Statistics counts = statistics == nullptr ? v1::Statistics() : *statistics;
+  const auto known = [&](const Json& value) { return statistics == nullptr ? Json() : value; };
+  const std::optional<double> age_ms = median_age_ms(second);
+  const Json report = {{"pictures", second.pictures},
+                       {"bytes", second.bytes},
+                       {"age_ms", age_ms ? Json(*age_ms) : Json()},
+                       {"offered", known(counts.pictures_offered())},
+                       {"sent", known(counts.pictures_sent())},
+                       {"skipped", known(counts.pictures_skipped())},
+                       {"volumes_assembled", known(counts.volumes_assembled())},
+                       {"volumes_dropped", known(counts.volumes_dropped())},
+                       {"frames_lost", known(counts.frames_lost())},
+                       {"sessions", known(counts.sessions())},
+                       {"source", known(printable(counts.source_state()))},
+                       {"picture", state_name(liveness)},
+                       {"picture_age_s", liveness.age_s()},
+                       {"reason", printable(liveness.sentence())}};
   fmt::print("{}\n", json_text(report));
 }
 
-void print_text(const WatchedSecond& second, double age_ms, const v1::Liveness& liveness,
-                const v1::Statistics& statistics) {
-  fmt::print(
-      "{}; {:4} pictures, {:7.1f} kB, last frame {:6.1f} ms ago (median); sent {}, skipped {} of {}; {} "
-      "volumes, {} "
-      "dropped; {} displays; source {}\n",
-      state_text(liveness), second.pictures, static_cast<double>(second.bytes) / 1e3, age_ms,
-      statistics.pictures_sent(), statistics.pictures_skipped(), statistics.pictures_offered(),
-      statistics.volumes_assembled(), statistics.volumes_dropped(), statistics.sessions(),
-      printable(statistics.source_state()));
+void print_text(WatchedSecond& second, const v1::Liveness& liveness, const v1::Statistics* statistics) {
+  const std::optional<double> age_ms = median_age_ms(second);
+  fmt::print("{}; {:4} pictures, {:7.1f} kB", state_text(liveness), second.pictures,
+             static_cast<double>(second.bytes) / 1e3);
+  if (age_ms) fmt::print(", last frame {:6.1f} ms ago (median)", *age_ms);
+  if (statistics != nullptr) {
+    fmt::print("; sent {}, skipped {} of {}; {} volumes, {} dropped; {} displays; source {}",
+               statistics->pictures_sent(), statistics->pictures_skipped(), statistics->pictures_offered(),
+               statistics->volumes_assembled(), statistics->volumes_dropped(), statistics->sessions(),
+               printable(statistics->source_state()));
+  }
+  fmt::print("\n");
 }
 
 }  // namespace fanlight

@@ -15,11 +15,9 @@ struct WatchedSecond {
   std::vector<double> ages_ms;  ///< from the capture of a picture's last frame to its arrival here
 };
 
-/// Print one second of `fanlight watch` as a line of JSON, or for people. `age_ms`: from the capture of a
-/// picture's last frame to its arrival, median.
-void print_json(const WatchedSecond& second, double age_ms, const v1::Liveness& liveness,
-                const v1::Statistics& statistics);
-void print_text(const WatchedSecond& second, double age_ms, const v1::Liveness& liveness,
-                const v1::Statistics& statistics);
+/// Print one second of `fanlight watch` as a line of JSON, or for people. Sorts the ages. `statistics`: null
+/// before the server has sent any; what it counts is null or left out then.
+void print_json(WatchedSecond& second, const v1::Liveness& liveness, const v1::Statistics* statistics);
+void print_text(WatchedSecond& second, const v1::Liveness& liveness, const v1::Statistics* statistics);
 
 }  // namespace fanlight

@@ -50,6 +50,10 @@ std::string ServerUrl::host_and_port() const {
                                              : fmt::format("[{}]:{}", host, port);
 }
 
+std::string ServerUrl::text() const {
+  return fmt::format("{}://{}", tls ? "https" : "http", host_and_port());
+}
+
 Result<ServerUrl> parse_server_url(std::string_view text) {
   const Error refusal{
       ErrorCode::kInvalidArgument,

@@ -16,6 +16,8 @@ struct ServerUrl {
 
   /// For the Host header: "127.0.0.1:8080", "[::1]:8080".
   std::string host_and_port() const;
+  /// "http://127.0.0.1:8080", "https://[::1]:8080".
+  std::string text() const;
 };
 
 /// Parses an absolute URL (RFC 3986) with the scheme http, https, ws or wss. An IPv6 address may have a zone,

@@ -101,7 +101,7 @@ Result<std::unique_ptr<StreamClient>> StreamClient::connect(const Config& config
 Result<void> StreamClient::open(const Config& config) {
   const auto url = parse_server_url(config.url);
   if (!url) return url.error();
-  const std::string server = fmt::format("{}://{}", url->tls ? "https" : "http", url->host_and_port());
+  const std::string server = url->text();
   boost::system::error_code failure;
   tcp::resolver resolver(loop_);
   const auto endpoints = resolver.resolve(url->host, url->port, failure);

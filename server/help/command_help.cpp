@@ -9,9 +9,8 @@
 
 #include "acquisition/phantom/phantom_options.hpp"
 #include "acquisition/phantom/phantom_source.hpp"
-#include "proto/base/nearest_name.hpp"
-#include "proto/base/printable.hpp"
 #include "server/help/option_table.hpp"
+#include "server/help/unknown_argument.hpp"
 
 namespace fanlight {
 
@@ -65,27 +64,6 @@ std::string heading_of(const OptionRow& row) {
 std::string option_text(const OptionRow& row) {
   const std::string usual = row.usual.empty() || row.flag() ? "" : fmt::format(" (default {})", row.usual);
   return row_text(heading_of(row), row.text + usual);
-}
-
-std::string usage_of(const CLI::App& command) {
-  std::string usage = program_of(command).get_name();
-  if (const std::string path = command_path(command); !path.empty()) usage += " " + path;
-  for (const CLI::Option* const option : command.get_options()) {
-    if (!option->get_positional()) continue;
-    std::string name = option->get_name(true, false);
-    if (option->get_items_expected_max() > 1) name += "...";
-    usage += option->get_required() ? " " + name : " [" + name + "]";
-  }
-  for (const OptionGroup& group : option_table(command)) {
-    for (const OptionRow& row : group.rows) {
-      if (!row.positional() && row.option->get_required())
-        usage += fmt::format(" {} {}", row.names.front(), row.value);
-    }
-  }
-  usage += " [OPTIONS]";
-  if (!subcommands(command).empty())
-    usage += command.get_require_subcommand_min() > 0 ? " COMMAND" : " [COMMAND]";
-  return usage;
 }
 
 std::string examples_text(const CLI::App& command) {
@@ -149,8 +127,29 @@ std::string sentence_of(const CLI::App& command) {
   return text.ends_with('.') ? text : text + ".";
 }
 
+std::string command_usage(const CLI::App& command) {
+  std::string usage = program_of(command).get_name();
+  if (const std::string path = command_path(command); !path.empty()) usage += " " + path;
+  for (const CLI::Option* const option : command.get_options()) {
+    if (!option->get_positional()) continue;
+    std::string name = option->get_name(true, false);
+    if (option->get_items_expected_max() > 1) name += "...";
+    usage += option->get_required() ? " " + name : " [" + name + "]";
+  }
+  for (const OptionGroup& group : option_table(command)) {
+    for (const OptionRow& row : group.rows) {
+      if (!row.positional() && row.option->get_required())
+        usage += fmt::format(" {} {}", row.names.front(), row.value);
+    }
+  }
+  usage += " [OPTIONS]";
+  if (!subcommands(command).empty())
+    usage += command.get_require_subcommand_min() > 0 ? " COMMAND" : " [COMMAND]";
+  return usage;
+}
+
 std::string command_help(const CLI::App& command, bool all) {
-  std::string text = wrapped(sentence_of(command), 0) + "\n\nUsage: " + usage_of(command) + "\n";
+  std::string text = wrapped(sentence_of(command), 0) + "\n\nUsage: " + command_usage(command) + "\n";
   text += examples_text(command);
   const auto commands = subcommands(command);
   if (!commands.empty()) {
@@ -174,31 +173,12 @@ void use_command_help(CLI::App& program) {
   use_formatter(program, std::make_shared<CommandFormatter>());
 }
 
-std::string unknown_argument(const CLI::App& command, const std::string& argument) {
-  const std::string path = command_path(command);
-  const std::string help =
-      fmt::format("{} {}{}--help", program_of(command).get_name(), path, path.empty() ? "" : " ");
-  const std::string name = argument.substr(0, argument.find('='));
-  std::vector<std::string> known;
-  if (name.starts_with('-')) {
-    for (const OptionGroup& group : option_table(command))
-      for (const OptionRow& row : group.rows) known.insert(known.end(), row.names.begin(), row.names.end());
-  } else {
-    for (const CLI::App* const each : subcommands(command)) known.push_back(each->get_name());
-  }
-  const std::string meant = nearest_name(name, known);
-  const char* const what = name.starts_with('-') ? "option" : known.empty() ? "argument" : "command";
-  const std::string sentence = fmt::format("there is no {} \"{}\"", what, printable(name));
-  return meant.empty() ? fmt::format("{}, expected one that `{}` lists", sentence, help)
-                       : fmt::format("{}, did you mean {}? `{}` lists all", sentence, meant, help);
-}
-
 std::string lacking_command(const CLI::App& program, const std::vector<std::string>& words) {
   const CLI::App* command = &program;
   for (const std::string& word : words) {
     if (command->get_require_subcommand_min() == 0 || word.starts_with('-')) return "";
     const CLI::App* const inner = find_subcommand(*command, word);
-    if (inner == nullptr) return unknown_argument(*command, word);
+    if (inner == nullptr) return unknown_argument(*command, {word});
     command = inner;
   }
   if (command->get_require_subcommand_min() == 0) return "";

@@ -16,11 +16,11 @@ void use_command_help(CLI::App& program);
 /// the rare groups.
 std::string command_help(const CLI::App& command, bool all);
 
+/// How a command is called: "fanlight convert INPUT --out FILE [OPTIONS]".
+std::string command_usage(const CLI::App& command);
+
 /// What a command does, as a sentence.
 std::string sentence_of(const CLI::App& command);
-
-/// The sentence about an argument that a command does not take, with the name that was meant.
-std::string unknown_argument(const CLI::App& command, const std::string& argument);
 
 /// The sentence about a command that words such as "token lst" do not name, or do not name whole. Empty: they
 /// name one.

@@ -6,9 +6,11 @@
 #include <CLI/CLI.hpp>
 
 #include <regex>
+#include <string_view>
 
 #include "server/help/command_help.hpp"
 #include "server/help/option_table.hpp"
+#include "server/help/unknown_argument.hpp"
 
 namespace fanlight {
 
@@ -43,7 +45,6 @@ std::string usage_sentence(const std::string& of_cli11) {
       {"^Could not convert: (\\S+) = (.*)$", "$1 is $2, expected a number"},
       {"^(\\S+): At Most 1 required but received .*$", "$1 is given more than once, expected it once"},
       {"^(\\S+): 1 required (\\S+) missing$", "$1 needs a value, expected $1 $2"},
-      {"^(\\S+) is required$", "$1 is lacking, expected it"},
       {"^(\\S+) requires (\\S+)$", "$1 needs $2, expected both"},
       {"^(\\S+) excludes (\\S+)$", "$1 and $2 exclude one another, expected one of them"},
   };
@@ -66,8 +67,15 @@ UsageError usage_error(const CLI::App& program, const CLI::ParseError& error) {
   const int code = error.get_exit_code();
   const bool names_unknown = code == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
                              code == static_cast<int>(CLI::ExitCodes::RequiredError);
-  if (names_unknown && !unknown.empty()) return {name, unknown_argument(*command, unknown.front())};
+  if (names_unknown && !unknown.empty()) return {name, unknown_argument(*command, unknown)};
   if (code == static_cast<int>(CLI::ExitCodes::ConfigError)) return {name, error.what()};
+  constexpr std::string_view kRequired = " is required";
+  const bool lacks = code == static_cast<int>(CLI::ExitCodes::RequiredError);
+  if (std::string missing = error.what(); lacks && missing.ends_with(kRequired)) {
+    missing.erase(missing.size() - kRequired.size());
+    return {name, fmt::format("{} is missing, expected `{}`; see `{} --help`", missing,
+                              command_usage(*command), name)};
+  }
   return {name, fmt::format("{}; see `{} --help`", usage_sentence(error.what()), name)};
 }
 
