@@ -73,7 +73,7 @@ struct ServeOptions {
 
   /// A refusal of the value of an option, with the place that gave it, such as "fanlight.toml, line 3".
   Error placed(const std::string& name, Error refusal) const;
-  /// The same for the source. A number that is no file is taken for a port, which --listen has.
+  /// The same for the source. A number that names no file was most likely meant as a port: --listen.
   Error source_refusal(const Error& refusal) const;
 
   /// Refuses what is wrong with the source, the scene, tokens and certificates. A probe need not be plugged

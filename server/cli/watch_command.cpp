@@ -80,18 +80,18 @@ Result<v1::Scene> change_of(const std::vector<std::string>& items) {
 /// Watches one stream until the options or a signal end it.
 class Watch {
  public:
-  /// `change`: that which `options` name. The options and the client must outlive this.
+  /// `change`: what --set asks for. The options and the client must outlive this.
   Watch(const WatchOptions& options, v1::Scene change, StreamClient& client)
       : options_(options), change_(std::move(change)), client_(client) {}
 
   Result<void> run() {
-    auto ended = watch();
+    auto ended = read_until_end();
     report_rest();
     return ended;
   }
 
  private:
-  Result<void> watch() {
+  Result<void> read_until_end() {
     if (auto asked = ask(); !asked) return asked;
     const std::int64_t from_ns = now_ns();
     while (!interrupted) {

@@ -15,8 +15,7 @@
 #include <vector>
 
 #include "proto/base/clock.hpp"
-#include "proto/fanlight.pb.h"
-#include "server/state/scene_message.hpp"
+#include "server/service/protobuf_tables.hpp"
 
 namespace fanlight {
 
@@ -102,10 +101,7 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                        .read_again = [this] { read_again(); },
                        .log_state = [this] { log_state(); }}),
       second_(loop_, std::chrono::seconds(1), [this] { second_passed(); }) {
-  // Protobuf builds descriptors and prototypes on first use, and crashes when memory runs out there and it is
-  // asked again.
-  v1::Hello first;
-  add_looks(first);
+  build_protobuf_tables();
   if (config.igtl) {
     igtl_.emplace(loop_, *config.igtl,
                   IgtlServer::Dependencies{.state = state_,
