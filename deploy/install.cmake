@@ -71,7 +71,8 @@ install(FILES ${deploy}/60-fanlight-probe.rules DESTINATION lib/udev/rules.d COM
 install(FILES ${deploy}/fanlight.toml DESTINATION ${CMAKE_INSTALL_FULL_SYSCONFDIR}/fanlight COMPONENT server)
 
 set(documents ${CMAKE_INSTALL_DATADIR}/doc/fanlight)
-install(FILES README.md SECURITY.md deploy/USER_GUIDE.md deploy/SCALE.md proto/DISPLAY_PROTOCOL.md proto/RTP.md
+install(FILES README.md SECURITY.md deploy/USER_GUIDE.md deploy/API.md deploy/openapi.json deploy/SCALE.md
+  proto/DISPLAY_PROTOCOL.md proto/RTP.md
   DESTINATION ${documents}
   COMPONENT server)
 install(DIRECTORY ${deploy}/monitoring ${deploy}/janus ${deploy}/slurm ${deploy}/kubernetes DESTINATION ${documents}

@@ -19,7 +19,7 @@ Error refusal(std::string sentence) {
 }  // namespace
 
 Error ControlLease::held() const {
-  return refusal(fmt::format("{} (display {}) is in control, expected a request for control first",
+  return refusal(fmt::format("{} (session {}) is in control, expected a request for control first",
                              state_.holder.name, state_.holder.session));
 }
 

@@ -10,7 +10,7 @@
 #include "proto/base/printable.hpp"
 #include "server/cli/picture_file.hpp"
 #include "server/codec/surface_mesh.hpp"
-#include "server/http/page_files.hpp"
+#include "server/stream/page_files.hpp"
 
 namespace fanlight {
 

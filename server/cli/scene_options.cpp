@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -156,24 +155,6 @@ Result<Scene> SceneOptions::applied_to(const Scene& unchanged) const {
   }
   if (auto whole = check(scene); !whole) return whole.error();
   return scene;
-}
-
-Result<PictureSize> parse_picture_size(const std::string& text) {
-  constexpr std::uint32_t kSmallest = 16;
-  constexpr std::uint32_t kLargest = 2048;  // on a CPU, lighting a larger picture takes seconds
-  PictureSize size{};
-  const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.width);
-  const bool cross = width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x';
-  const auto height = cross ? std::from_chars(width.ptr + 1, end, size.height) : width;
-  const auto fits = [](std::uint32_t side) { return side >= kSmallest && side <= kLargest; };
-  if (!cross || height.ec != std::errc{} || height.ptr != end || !fits(size.width) || !fits(size.height)) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        fmt::format("the picture size is \"{}\", expected WIDTHxHEIGHT such as 512x512, {} to {} each", text,
-                    kSmallest, kLargest)};
-  }
-  return size;
 }
 
 }  // namespace fanlight

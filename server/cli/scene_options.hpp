@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "proto/base/result.hpp"
+#include "proto/model/picture_size_text.hpp"
 #include "proto/model/scene.hpp"
 #include "renderer/parameters/view_frame.hpp"
 
@@ -37,8 +38,5 @@ class SceneOptions {
   std::string look_;
   std::deque<std::pair<const SceneField*, std::string>> given_;  // a deque: its elements do not move
 };
-
-/// Parses "512x512": width and height in pixels, 16 to 2048 each.
-Result<PictureSize> parse_picture_size(const std::string& text);
 
 }  // namespace fanlight

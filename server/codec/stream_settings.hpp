@@ -7,6 +7,7 @@
 #include "proto/base/result.hpp"
 #include "proto/fanlight.pb.h"
 #include "proto/model/picture.hpp"
+#include "server/codec/picture_mark.hpp"
 
 namespace fanlight {
 
@@ -20,6 +21,7 @@ struct StreamSettings {
   std::uint32_t most_height = 0;
   double rate_hz = 0;  ///< most pictures a second; 0: every picture
   bool with_depth = false;
+  PictureMark mark = PictureMark::kNone;  ///< of pictures that are shown without what describes them
 
   /// Whether the encoding of a picture depends on the pictures before it. Then all pictures must go through
   /// one coder, at one rate.

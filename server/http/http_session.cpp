@@ -10,9 +10,11 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <nlohmann/json.hpp>
 
-#include "server/http/page_files.hpp"
+#include "server/api/problem.hpp"
 #include "server/http/request_rules.hpp"
 #include "server/net/request_host.hpp"
+#include "server/stream/mjpeg_session.hpp"
+#include "server/stream/page_files.hpp"
 #include "server/stream/stream_protocol.hpp"
 
 namespace fanlight {
@@ -64,7 +66,7 @@ std::string_view path_of(const HttpSession::Request& request) {
 /// Whether a path needs credentials. The page and the health check show nothing of the scan, and the page is
 /// needed to log in. The stream asks for a login by itself.
 bool is_guarded(std::string_view path) {
-  return path == "/metrics" || path.starts_with("/api/");
+  return path == "/metrics" || is_api(path);
 }
 
 bool sends_object(const HttpSession::Request& request) {
@@ -119,6 +121,7 @@ void HttpSession::read() {
 void HttpSession::header_received(beast::error_code failure) {
   if (failure) return refuse_unreadable(failure);
   without_body_ = parser_->get().method() == http::verb::head;
+  is_api_ = is_api(path_of(parser_->get()));
   if (const auto wrong = violation_of(parser_->get()))
     return send(last_refusal(wrong->status, wrong->sentence));
   if (!to_origin_form(parser_->get())) {
@@ -132,7 +135,8 @@ void HttpSession::header_received(beast::error_code failure) {
 
 std::optional<HttpSession::Response> HttpSession::refusal_before_body() {
   if (sends_object(parser_->get())) return refuse_or_admit_object();
-  if (parser_->content_length().value_or(0) > kLargestBodyBytes) return too_large("the body is too large");
+  if (parser_->content_length().value_or(0) > kLargestBodyBytes)
+    return too_large(http::status::payload_too_large, "the body is too large");
   parser_->body_limit(kLargestBodyBytes);
   return std::nullopt;
 }
@@ -146,7 +150,7 @@ std::optional<HttpSession::Response> HttpSession::refuse_or_admit_object() {
   };
   auto principal = authenticate(header);
   if (!principal) return last(unauthenticated(principal.error()));
-  if (!*principal) return last(respond(header, *principal));
+  if (!*principal) return last(unauthenticated());
   permit_.authenticated();
   auto admission = dependencies_.rest_api.admit_object(header, **principal);
   if (admission.refusal) {
@@ -183,15 +187,22 @@ void HttpSession::refuse_unreadable(beast::error_code failure) {
     return;  // the destructor closes the socket
   // Errors of HTTP itself can be answered; those of the connection cannot.
   if (failure.category() != make_error_code(http::error::bad_method).category()) return;
-  send(too_large(failure.message()));
+  const auto status = failure == http::error::body_limit     ? http::status::payload_too_large
+                      : failure == http::error::header_limit ? http::status::request_header_fields_too_large
+                                                             : http::status::bad_request;
+  send(too_large(status, failure.message()));
 }
 
-HttpSession::Response HttpSession::too_large(const std::string& problem) {
+HttpSession::Response HttpSession::too_large(http::status status, const std::string& problem) {
   return last_refusal(
-      http::status::bad_request,
+      status,
       fmt::format("the request could not be read ({}), expected at most {} bytes of header and {} of body",
                   problem, kLargestHeaderBytes,
                   sends_object(parser_->get()) ? kLargestObjectBytes : kLargestBodyBytes));
+}
+
+HttpSession::Response HttpSession::unauthenticated() {
+  return unauthenticated({ErrorCode::kInvalidArgument, "expected a token, as Authorization: Bearer TOKEN"});
 }
 
 HttpSession::Response HttpSession::unauthenticated(const Error& reason) {
@@ -214,7 +225,7 @@ void HttpSession::serve(Request request) {
   if (beast::websocket::is_upgrade(request) && request.target() == "/stream") {
     return upgrade(request, std::move(*principal));
   }
-  if (*principal && serve_later(request, **principal)) return;
+  if (is_api(path_of(request))) return serve_api(request, *principal);
   reply(request, respond(request, *principal));
 }
 
@@ -227,17 +238,27 @@ RestApi::Answer HttpSession::answer_of(const Request& request) {
       };
 }
 
-bool HttpSession::serve_later(const Request& request, const Principal& principal) {
-  if (!is_read(request)) return false;
-  const std::string_view path = path_of(request);
-  if (path == "/api/picture.png") {
-    dependencies_.rest_api.picture(principal, answer_of(request), now_ns());
-  } else if (path == "/api/surface.html") {
-    dependencies_.rest_api.shared_surface(principal, answer_of(request), now_ns());
-  } else {
-    return false;
+void HttpSession::serve_api(const Request& request, const std::optional<Principal>& principal) {
+  if (!principal) return reply(request, unauthenticated());
+  if (auto stream = dependencies_.rest_api.stream_settings(request)) {
+    if (const auto* settings = std::get_if<StreamSettings>(&*stream))
+      return stream_pictures(request, *settings, *principal);
+    return answer_of(request)(std::get<Response>(std::move(*stream)));
   }
-  return true;
+  dependencies_.rest_api.serve(request, *principal, answer_of(request), now_ns());
+}
+
+void HttpSession::stream_pictures(const Request& request, const StreamSettings& settings,
+                                  const Principal& principal) {
+  Response head(http::status::ok, 11);
+  set_policies(head);
+  if (const auto room =
+          dependencies_.stream.shared.hub.has_room(0, has_role(principal.role, kEncodesUnlimited), settings);
+      !room) {
+    return reply(request, refusal(http::status::service_unavailable, room.error().message));
+  }
+  std::make_shared<MjpegSession>(std::move(connection_), std::move(permit_), dependencies_.stream, address_)
+      ->start(std::move(head), principal, settings, without_body_);
 }
 
 std::optional<HttpSession::Response> HttpSession::rejection(const Request& request) {
@@ -295,6 +316,12 @@ void HttpSession::upgrade(const Request& request, std::optional<Principal> princ
 
 void HttpSession::reply(const Request& request, Response response) {
   response.keep_alive(request.keep_alive());
+  set_policies(response);
+  response.prepare_payload();
+  send(std::move(response));
+}
+
+void HttpSession::set_policies(Response& response) {
   response.set(http::field::cache_control, "no-store");
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Content-Security-Policy", kContentPolicy);
@@ -302,26 +329,12 @@ void HttpSession::reply(const Request& request, Response response) {
   response.set("Cross-Origin-Resource-Policy", "same-origin");
   if (dependencies_.hsts && connection_.is_tls())
     response.set("Strict-Transport-Security", "max-age=31536000");
-  response.prepare_payload();
-  send(std::move(response));
 }
 
 HttpSession::Response HttpSession::respond(const Request& request,
                                            const std::optional<Principal>& principal) {
   const std::string_view path = path_of(request);
-  if (is_guarded(path) && !principal) {
-    Response response =
-        refusal(http::status::unauthorized, "expected a token, as Authorization: Bearer TOKEN");
-    response.set(http::field::www_authenticate, "Bearer");
-    return response;
-  }
-  if (path.starts_with("/api/")) {
-    Response response = dependencies_.rest_api.respond(request, path, *principal);
-    if (http::to_status_class(response.result()) == http::status_class::client_error) {
-      dependencies_.state.counters.requests_refused.add();
-    }
-    return response;
-  }
+  if (is_guarded(path) && !principal) return unauthenticated();
   if (!is_read(request)) {
     Response response = refusal(http::status::method_not_allowed, "expected the method GET or HEAD");
     response.set(http::field::allow, "GET, HEAD");
@@ -375,10 +388,9 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
   if (file == page_files().end()) {
-    return refusal(http::status::not_found,
-                   "there is nothing here, expected /, /stream, /healthz, /readyz, /metrics, /api/scene, "
-                   "/api/picture.png, /api/surface.html, "
-                   "/api/presets, /api/recording, /api/replay, /api/cine or /api/archive");
+    return refusal(
+        http::status::not_found,
+        "there is nothing here, expected /, /stream, /healthz, /readyz, /metrics or a path of /api");
   }
   // A client that loads the page connects as a display next: its first picture is rendered meanwhile.
   if (path == "/" && !dependencies_.access.asks()) dependencies_.state.demand.asked(now_ns());
@@ -392,6 +404,7 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
 
 HttpSession::Response HttpSession::refusal(http::status status, const std::string& sentence) {
   dependencies_.state.counters.requests_refused.add();
+  if (is_api_) return fanlight::refusal(status, sentence);
   return response_with(status, "text/plain; charset=utf-8", sentence + "\n");
 }
 

@@ -12,8 +12,8 @@
 
 #include "server/access/audit_log.hpp"
 #include "server/access/authenticator.hpp"
+#include "server/api/rest_api.hpp"
 #include "server/http/metrics_text.hpp"
-#include "server/http/rest_api.hpp"
 #include "server/net/connection.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/stream/stream_session.hpp"
@@ -21,8 +21,8 @@
 namespace fanlight {
 
 /// One HTTP connection: the page of the viewer, /healthz, /metrics and the REST API under /api. An upgrade at
-/// /stream becomes a StreamSession. A TLS handshake and a request have ten seconds each. Kept alive by its
-/// own pending operations. Server thread only.
+/// /stream becomes a StreamSession, and a request for a stream of pictures an MjpegSession. A TLS handshake
+/// and a request have ten seconds each. Kept alive by its own pending operations. Server thread only.
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::string_body>;
@@ -59,24 +59,28 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   /// Answers an error of HTTP, and ends without a word after one of the connection.
   void refuse_unreadable(boost::beast::error_code failure);
   void serve(Request request);
-  /// Serves a request whose answer comes later. Whether it is one.
-  bool serve_later(const Request& request, const Principal& principal);
+  /// Serves a request of the REST API.
+  void serve_api(const Request& request, const std::optional<Principal>& principal);
+  void stream_pictures(const Request& request, const StreamSettings& settings, const Principal& principal);
   RestApi::Answer answer_of(const Request& request);
   /// The response to a request that this server must not serve to anyone; else nothing.
   std::optional<Response> rejection(const Request& request);
   void upgrade(const Request& request, std::optional<Principal> principal);
   /// The principal of the request; empty if it shows no credentials. Error: they are not valid.
   Result<std::optional<Principal>> authenticate(const Request& request);
+  Response unauthenticated();
   Response unauthenticated(const Error& reason);
   Response respond(const Request& request, const std::optional<Principal>& principal);
   Response respond_with_page(const Request& request);
   Response health();
   Response readiness();
   void reply(const Request& request, Response response);
+  /// Sets the headers of all responses that restrict what a browser does with them.
+  void set_policies(Response& response);
   Response refusal(boost::beast::http::status status, const std::string& sentence);
   /// A refusal after which the connection is closed.
   Response last_refusal(boost::beast::http::status status, const std::string& sentence);
-  Response too_large(const std::string& problem);
+  Response too_large(boost::beast::http::status status, const std::string& problem);
   void send(Response response);
   void sent();
   /// Drops what the client is still sending, `bytes` at most, and closes: else the answer would be lost with
@@ -99,6 +103,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::optional<Sender> sender_;  // of the object whose body is read
   std::string login_reason_;      // why the certificate shown does not suffice; empty: none was shown
   bool without_body_ = false;     // the response to a HEAD request
+  bool is_api_ = false;           // refusals are problem details
 };
 
 }  // namespace fanlight

@@ -71,7 +71,13 @@ StreamServer::StreamServer(const Config& config, const Dependencies& dependencie
                 .sessions = sessions_,
                 .messages = messages_},
       streams_{.shared = requests_, .audit = audit_, .limits = config.session_limits},
-      rest_api_({.state = state_, .commands = commands_, .hub = hub_, .audit = audit_}),
+      rest_api_({.state = state_,
+                 .commands = commands_,
+                 .hub = hub_,
+                 .audit = audit_,
+                 .sessions = sessions_,
+                 .control = control_,
+                 .access = access_}),
       http_{.state = state_,
             .hub = hub_,
             .audit = audit_,
@@ -253,6 +259,7 @@ void StreamServer::close_audit() {
                  objects);
   }
   for (const auto& session : sessions_.all()) session->abandon();
+  rest_api_.end_scripts();
   const bool written = audit_.close();
   if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
   if (!written) spdlog::warn("the audit log was left, since its disk did not answer within 2 s");
@@ -304,7 +311,7 @@ void StreamServer::bell_rang() {
   if (igtl_) igtl_->bell_rang();
   take_picture();
   liveness_watch_.update();
-  rest_api_.answer_waiting(now_ns());
+  rest_api_.picture_shown(now_ns());
   show_private_views();
 }
 
@@ -370,7 +377,6 @@ void StreamServer::second_passed() {
   for (const auto& session : sessions_.all()) session->second_passed();
   listener_.second_passed();
   if (igtl_) igtl_->second_passed();
-  rest_api_.answer_waiting(now_ns());
   if (archive_) {
     const StillArchive::Report report = archive_->report();
     state_.counters.archive_waiting.set(report.waiting);
@@ -378,6 +384,7 @@ void StreamServer::second_passed() {
   }
   access_files_.reload(false);
   expire_control();
+  rest_api_.second_passed(now_ns());
   audit_.second_passed();
   if (const std::string notice = audit_.take_notice(); !notice.empty()) spdlog::warn("{}", notice);
   dependencies_.counters.audit_lines_lost.set(audit_.lines_lost());

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "proto/exchange/pipeline_ports.hpp"
+#include "server/api/rest_api.hpp"
 #include "server/command/command_executor.hpp"
 #include "server/http/connection_listener.hpp"
 #include "server/http/http_session.hpp"
-#include "server/http/rest_api.hpp"
 #include "server/igtl/igtl_server.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/net/loop_timer.hpp"

@@ -129,7 +129,8 @@ void PictureHub::Job::run(const CoderFactory& make_coder) {
   const Pixels pixels = machine->scaler.fitted(pixels_of(picture), with_size(settings, usual_size));
   const bool with_surface = has_surface(picture, settings);
   Result<CodedPicture> coded = CodedPicture{};
-  if (!with_surface || !is_surface_only(picture)) coded = machine->coder->encode(pixels, key);
+  if (!with_surface || !is_surface_only(picture))
+    coded = machine->coder->encode(machine->marker.marked(pixels, settings.mark), key);
   if (!coded) {
     offer = coded.error();
     return;
@@ -161,38 +162,43 @@ Result<void> PictureHub::Machine::pack_surface(const Picture& picture) {
   return surface_coder.encode(picture, surface);
 }
 
-/// The newest picture as a file: who waits for it, and the last one made.
-struct PictureHub::PngFile {
+/// The newest picture as a file of one kind: who waits for it, and the last one made.
+struct PictureHub::FileJob {
   std::vector<FileReady> waiting;
   bool running = false;
-  std::unique_ptr<PictureCoder> coder;        // used by one job at a time
+  std::unique_ptr<PictureCoder> coder;  // used by one job at a time
+  PictureScaler scaler;
+  PictureMarker marker;
   std::shared_ptr<PictureSnapshot> snapshot;  // of `made`, or of the job that runs
   Result<PictureFile> made = Error{ErrorCode::kBroken, "the picture was not encoded"};
   bool newest = false;  // `made` is of the newest picture
 
-  void run(const CoderFactory& make_coder);
+  void run(const CoderFactory& make_coder, const StreamSettings& settings);
 };
 
-void PictureHub::PngFile::run(const CoderFactory& make_coder) {
+void PictureHub::FileJob::run(const CoderFactory& make_coder, const StreamSettings& settings) {
   if (coder == nullptr) {
-    auto new_coder = make_coder({.codec = StreamSettings::Codec::kPng});
+    auto new_coder = make_coder(settings);
     if (!new_coder) {
       made = new_coder.error();
       return;
     }
     coder = std::move(*new_coder);
   }
-  const auto coded = coder->encode(pixels_of(snapshot->picture()), true);
+  const Picture& picture = snapshot->picture();
+  const Pixels fitted =
+      settings.has_size() ? scaler.fitted(pixels_of(picture), settings) : pixels_of(picture);
+  const auto coded = coder->encode(marker.marked(fitted, settings.mark), true);
   if (!coded) {
     made = coded.error();
     return;
   }
-  made = PictureFile{.png = std::make_shared<const std::string>(coded->bytes.begin(), coded->bytes.end()),
-                     .stamp = snapshot->picture().stamp};
+  made = PictureFile{.bytes = std::make_shared<const std::string>(coded->bytes.begin(), coded->bytes.end()),
+                     .stamp = picture.stamp};
 }
 
 PictureHub::PictureHub(ServerCounters& counters, Config config)
-    : counters_(counters), config_(std::move(config)), png_(std::make_shared<PngFile>()) {}
+    : counters_(counters), config_(std::move(config)) {}
 
 PictureHub::~PictureHub() = default;
 
@@ -304,7 +310,7 @@ void PictureHub::show(const Picture& picture) {
   for (auto& [encoding_key, encoding] : encodings_) {
     if (encoding_key.first == view_id) encoding.offer.message = nullptr;
   }
-  if (view_id == 0) png_->newest = false;
+  if (view_id == 0) forget_files();
   const std::int64_t last_shown_ns =
       std::exchange(shown_[view_id], {.picture = &picture, .since_ns = shown_ns, .snapshot = nullptr})
           .since_ns;
@@ -343,20 +349,20 @@ void PictureHub::forget_main_view() {
   for (auto& [encoding_key, encoding] : encodings_) {
     if (encoding_key.first == 0) encoding.offer.message = nullptr;
   }
-  png_->newest = false;
+  forget_files();
   shown_.erase(0);
 }
 
-Result<void> PictureHub::has_room(const PictureSubscriber& subscriber, const StreamSettings& settings) {
+Result<void> PictureHub::has_room(std::uint64_t view_id, bool privileged, const StreamSettings& settings) {
   drop_unused_encodings();
-  if (encodings_.contains({subscriber.view_id(), coding_settings(settings)})) return {};
+  if (encodings_.contains({view_id, coding_settings(settings)})) return {};
   if (encodings_.size() >= kMostEncodings) {
     return Error{
         ErrorCode::kUnavailable,
         fmt::format("pictures are encoded in {} ways already, expected one of those or some patience",
                     kMostEncodings)};
   }
-  if (subscriber.privileged() || lane_of(settings) == EncoderLane::kQuick) return {};
+  if (privileged || lane_of(settings) == EncoderLane::kQuick) return {};
   const auto of_viewers = [this](const auto& entry) {
     return lane_of(entry.first.second) == EncoderLane::kHeavy &&
            std::ranges::none_of(subscribers_, [&](const PictureSubscriber* each) {
@@ -424,37 +430,57 @@ void PictureHub::drop_unused_encodings() {
   });
 }
 
-void PictureHub::png(FileReady ready) {
+void PictureHub::file(const StreamSettings& settings, FileReady ready) {
   thread_owner_.check();
-  if (png_->newest && !png_->running) return ready(png_->made);
-  if (png_->waiting.size() >= kMostFileRequests) {
+  const auto found = files_.find(settings);
+  if (found == files_.end() && files_.size() >= kMostFileKinds)
+    std::erase_if(files_, [](const auto& entry) { return !entry.second->running; });
+  if (found == files_.end() && files_.size() >= kMostFileKinds) {
+    return ready(
+        Error{ErrorCode::kUnavailable,
+              fmt::format("pictures are asked for in {} sizes and qualities already, expected a later "
+                          "request or one of those",
+                          kMostFileKinds)});
+  }
+  const auto job = found != files_.end() ? found->second : std::make_shared<FileJob>();
+  if (job->newest && !job->running) return ready(job->made);
+  if (job->waiting.size() >= kMostFileRequests) {
     return ready(Error{
         ErrorCode::kUnavailable,
         fmt::format("{} requests wait for a picture already, expected a later request", kMostFileRequests)});
   }
-  png_->waiting.push_back(std::move(ready));
-  if (std::exchange(png_->running, true)) return;
+  files_[settings] = job;
+  job->waiting.push_back(std::move(ready));
+  if (std::exchange(job->running, true)) return;
   try {
-    start_png();
+    start_file(settings, job);
   } catch (const std::bad_alloc&) {
-    png_->running = false;
-    png_->waiting.clear();  // their connections end
+    job->running = false;
+    job->waiting.clear();  // their connections end
     throw;
   }
 }
 
-void PictureHub::start_png() {
-  png_->snapshot = snapshot_of(shown_.at(0));
+void PictureHub::start_file(const StreamSettings& settings, const std::shared_ptr<FileJob>& job) {
+  job->snapshot = snapshot_of(shown_.at(0));
   config_.executor(
-      EncoderLane::kHeavy,
-      [this, file = png_] { run_within_memory(file->made, [&] { file->run(config_.make_coder); }); },
-      [this, file = png_] {
-        file->running = false;
+      lane_of(settings),
+      [this, job, settings] {
+        run_within_memory(job->made, [&] { job->run(config_.make_coder, settings); });
+      },
+      [this, job] {
+        job->running = false;
         const auto shown = shown_.find(0);
-        file->newest = shown != shown_.end() && shown->second.snapshot == file->snapshot;
-        file->snapshot = nullptr;
-        for (const FileReady& each : std::exchange(file->waiting, {})) each(file->made);
+        job->newest = shown != shown_.end() && shown->second.snapshot == job->snapshot;
+        job->snapshot = nullptr;
+        for (const FileReady& each : std::exchange(job->waiting, {})) each(job->made);
       });
+}
+
+/// There is a newer picture: the files of the last one are of no use.
+void PictureHub::forget_files() {
+  for (const auto& [settings, job] : files_) job->newest = false;
+  std::erase_if(files_, [](const auto& entry) { return !entry.second->running; });
 }
 
 Result<void> PictureHub::work_on_newest(std::function<void(const Picture&)> work,

@@ -31,9 +31,9 @@ namespace fanlight {
 class PictureHub {
  public:
   using CoderFactory = std::function<Result<std::unique_ptr<PictureCoder>>(const StreamSettings&)>;
-  /// A picture of the main view as a PNG file.
+  /// A picture of the main view as a file.
   struct PictureFile {
-    SharedMessage png;
+    SharedMessage bytes;
     PictureStamp stamp;
   };
   using FileReady = std::function<void(const Result<PictureFile>&)>;
@@ -44,6 +44,8 @@ class PictureHub {
   static constexpr std::size_t kMostHeavyOfViewers = 4;
   /// Most requests for a picture as a file that wait at a time.
   static constexpr std::size_t kMostFileRequests = 64;
+  /// Most kinds of files that are made at a time.
+  static constexpr std::size_t kMostFileKinds = 8;
 
   struct Config {
     CoderFactory make_coder = [](const StreamSettings& settings) { return fanlight::make_coder(settings); };
@@ -85,7 +87,11 @@ class PictureHub {
 
   /// Whether a subscriber may use these settings. Error, kUnavailable: there are kMostEncodings others, or,
   /// for a viewer, kMostHeavyOfViewers others of the heavy lane.
-  Result<void> has_room(const PictureSubscriber& subscriber, const StreamSettings& settings);
+  Result<void> has_room(const PictureSubscriber& subscriber, const StreamSettings& settings) {
+    return has_room(subscriber.view_id(), subscriber.privileged(), settings);
+  }
+  /// The same for one that is not there yet, of this view.
+  Result<void> has_room(std::uint64_t view_id, bool privileged, const StreamSettings& settings);
 
   /// The subscriber has other settings now, or has missed a picture that the next one depends on. Offers it
   /// the newest picture. If other subscribers share its H.264 stream, requests a key picture of that stream
@@ -101,9 +107,10 @@ class PictureHub {
     return shown == shown_.end() ? nullptr : shown->second.picture;
   }
 
-  /// Encodes the newest picture of the main view as a PNG file, once for all who ask meanwhile. Precondition:
-  /// there is one. Error, kUnavailable: kMostFileRequests wait already.
-  void png(FileReady ready);
+  /// Encodes the newest picture of the main view as a file, once for all who ask for the same meanwhile: JPEG
+  /// or PNG, in its own size where the settings have none. Precondition: there is one. Error, kUnavailable:
+  /// kMostFileRequests wait already, or kMostFileKinds are made.
+  void file(const StreamSettings& settings, FileReady ready);
 
   /// Runs `work` on the newest picture of the main view, on a thread that encodes, and then `done` on this
   /// one. Precondition: there is one. Error, kUnavailable: kMostWorks of them run already.
@@ -117,6 +124,7 @@ class PictureHub {
   struct Machine {
     std::unique_ptr<PictureCoder> coder;
     PictureScaler scaler;
+    PictureMarker marker;
     SurfaceCoder surface_coder;
     v1::Surface surface;  // of the last picture that has one
 
@@ -142,7 +150,7 @@ class PictureHub {
     std::size_t running = 0;
   };
   struct Job;
-  struct PngFile;
+  struct FileJob;
 
   static EncodingKey key_of(const PictureSubscriber& subscriber);
   void want(const EncodingKey& encoding_key, const PictureSubscriber& subscriber);
@@ -151,7 +159,8 @@ class PictureHub {
   void start(EncoderLane lane, const EncodingKey& encoding_key, Encoding& encoding);
   void finished(Job& job);
   void deliver(const EncodingKey& encoding_key, const std::set<std::uint64_t>& due, const Job& job);
-  void start_png();
+  void start_file(const StreamSettings& settings, const std::shared_ptr<FileJob>& job);
+  void forget_files();
   std::shared_ptr<PictureSnapshot> snapshot_of(Shown& shown);
   void resync_shared(const EncodingKey& encoding_key, Encoding& encoding, const Shown& shown);
   void drop_unused_encodings();
@@ -165,8 +174,8 @@ class PictureHub {
   std::map<EncodingKey, Encoding> encodings_;
   std::map<std::uint64_t, Shown> shown_;  // by view
   std::array<Lane, kEncoderLanes> lanes_;
-  std::vector<std::shared_ptr<PictureSnapshot>> snapshots_;  // unused ones are used again
-  std::shared_ptr<PngFile> png_;                             // shared with the job that runs
+  std::vector<std::shared_ptr<PictureSnapshot>> snapshots_;   // unused ones are used again
+  std::map<StreamSettings, std::shared_ptr<FileJob>> files_;  // shared with the jobs that run
   [[no_unique_address]] ThreadOwner thread_owner_;
 };
 

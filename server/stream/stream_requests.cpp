@@ -15,12 +15,6 @@ namespace websocket = boost::beast::websocket;
 namespace {
 
 constexpr int kMostDepthPixels = 1024;
-constexpr std::size_t kLongestNameBytes = 64;
-
-/// Whether the text may appear on a page and in a log.
-bool is_name(const std::string& text) {
-  return text.size() <= kLongestNameBytes && is_printable(text);
-}
 
 }  // namespace
 
@@ -71,7 +65,7 @@ void StreamRequests::refuse(const std::string& sentence) {
 }
 
 void StreamRequests::log_in(const v1::Login& login) {
-  if (!is_name(login.name())) {
+  if (!is_session_name(login.name())) {
     return refuse(fmt::format("the name has letters that do not print or over {} bytes, expected another",
                               kLongestNameBytes));
   }

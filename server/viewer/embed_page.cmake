@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Writes a C++ file OUTPUT that holds the bytes of the files INPUTS, plain and compressed, and defines page_files().
-set(code "#include \"server/http/page_files.hpp\"\n\nnamespace fanlight {\nnamespace {\n")
+set(code "#include \"server/stream/page_files.hpp\"\n\nnamespace fanlight {\nnamespace {\n")
 set(rows)
 foreach(input IN LISTS INPUTS)
   get_filename_component(name ${input} NAME)

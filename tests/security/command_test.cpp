@@ -407,7 +407,7 @@ TEST(LargeBody, IsRefusedBeforeItComesToAllButOperators) {
   EXPECT_EQ(server.status_before_body(still, server.authorization(Role::kOperator)), 409)
       << "there is no queue";
   for (const char* other : {"PATCH /api/scene", "POST /api/cine", "GET /", "POST /api/archive/"})
-    EXPECT_EQ(server.status_before_body(other, server.authorization(Role::kAdmin)), 400) << other;
+    EXPECT_EQ(server.status_before_body(other, server.authorization(Role::kAdmin)), 413) << other;
 }
 
 TEST(CommandOfEachProtocol, IsRefusedByRoleAsTheTableSays) {

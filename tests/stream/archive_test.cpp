@@ -94,7 +94,7 @@ TEST_F(ArchiveTest, AStillMayBeLarge) {
   EXPECT_EQ(wishes_->bytes, body.size());
   EXPECT_EQ(server.counters().archive_stills.value(), 1U);
   const Answer larger = talk(server, "POST", "/api/archive", body + " ");
-  EXPECT_EQ(larger.status, 400);
+  EXPECT_EQ(larger.status, 413);
   EXPECT_NE(larger.body.find("16777216 of body"), std::string::npos) << larger.body;
   EXPECT_EQ(server.counters().archive_stills.value(), 1U);
 }
@@ -102,8 +102,8 @@ TEST_F(ArchiveTest, AStillMayBeLarge) {
 TEST_F(ArchiveTest, NothingElseMay) {
   const auto server = start();
   const std::string body(kLargestBody + 1, ' ');
-  EXPECT_EQ(talk(server, "PATCH", "/api/scene", body).status, 400);
-  EXPECT_EQ(talk(server, "PATCH", "/api/archive", body).status, 400);
+  EXPECT_EQ(talk(server, "PATCH", "/api/scene", body).status, 413);
+  EXPECT_EQ(talk(server, "PATCH", "/api/archive", body).status, 413);
 }
 
 /// A request whose header alone is sent; the answer to it.

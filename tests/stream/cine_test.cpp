@@ -111,7 +111,7 @@ TEST(PathPrivacy, PutsANameInPlaceOfEachMention) {
 TEST(CineOverTheNetwork, IsAnsweredToScripts) {
   ServerFixture fixture;
   EXPECT_EQ(json::parse(talk(fixture, "GET", "/api/cine").body)["state"], "live");
-  EXPECT_EQ(talk(fixture, "POST", "/api/cine", R"({"wish": "freeze"})").status, 200);
+  EXPECT_EQ(talk(fixture, "POST", "/api/cine", R"({"wish": "freeze"})").status, 202);
   EXPECT_EQ(fixture.next_cine_order().wish, CineOrder::Wish::kFreeze);
   for (const char* body : {"{", "[]", R"({"wish": 3})", R"({"wish": "back"})", R"({"wish": "speed=0"})"})
     EXPECT_EQ(talk(fixture, "POST", "/api/cine", body).status, 400) << body;

@@ -265,8 +265,8 @@ TEST_F(PictureHubTest, ViewersShareFewHeavyEncodings) {
 /// The picture file; empty where it was refused.
 std::string file_of(PictureHub& hub) {
   std::string png;
-  hub.png([&png](const Result<PictureHub::PictureFile>& file) {
-    if (file) png = fmt::format("{}:{}", file->stamp.picture_id, file->png->size());
+  hub.file({.codec = StreamSettings::Codec::kPng}, [&png](const Result<PictureHub::PictureFile>& file) {
+    if (file) png = fmt::format("{}:{}", file->stamp.picture_id, file->bytes->size());
   });
   return png;
 }
@@ -286,7 +286,7 @@ TEST_F(PictureHubTest, RequestsForThePictureFileAreBounded) {
   std::size_t made = 0;
   std::size_t refused = 0;
   for (std::size_t request = 0; request < PictureHub::kMostFileRequests + 10; ++request) {
-    hub_.png([&](const Result<PictureHub::PictureFile>& file) { ++(file ? made : refused); });
+    hub_.file({}, [&](const Result<PictureHub::PictureFile>& file) { ++(file ? made : refused); });
   }
   EXPECT_EQ(refused, 10U);
   finish_jobs();

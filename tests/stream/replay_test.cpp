@@ -128,7 +128,7 @@ TEST(ReplayOverTheNetwork, IsAnsweredToScripts) {
   const json state = json::parse(talk(fixture, "GET", "/api/replay").body);
   EXPECT_EQ(state["state"], "paused");
   EXPECT_EQ(state["ending"], "loop");
-  EXPECT_EQ(talk(fixture, "POST", "/api/replay", R"({"wish": "step=-2"})").status, 200);
+  EXPECT_EQ(talk(fixture, "POST", "/api/replay", R"({"wish": "step=-2"})").status, 202);
   EXPECT_EQ(fixture.next_replay_order().sweeps, -2);
   for (const char* body : {"{", "[]", R"({"wish": 3})", R"({"wish": "back"})", R"({"wish": "speed=0"})"})
     EXPECT_EQ(talk(fixture, "POST", "/api/replay", body).status, 400) << body;

@@ -55,7 +55,9 @@ TEST(RestApi, SavesGivesAndRemovesPresets) {
   EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"remove": "mine"})").status, 200);
   EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"remove": "mine"})").status, 404);
   EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"save": "bone"})").status, 400);
-  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"save": "x", "scene": {"no": 1}})").status, 400);
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"save": "x", "scene": {"no": 1}})").status, 422);
+  EXPECT_EQ(talk(fixture, "POST", "/api/presets", R"({"save": "x", "with": 1})").status, 400)
+      << "an unknown key";
   EXPECT_EQ(talk(fixture, "POST", "/api/presets", "[]").status, 400);
   EXPECT_EQ(talk(fixture, "PUT", "/api/presets", "{}").status, 405);
   EXPECT_EQ(json::parse(talk(fixture, "GET", "/api/presets").body)["presets"][0]["name"], "whole");
@@ -65,7 +67,10 @@ TEST(RestApi, NamesTheRefusedFieldAndItsRange) {
   ServerFixture fixture;
   const Answer range = talk(fixture, "PATCH", "/api/scene", R"({"light": {"up_mm": 1e9}})");
   EXPECT_EQ(range.status, 422);
-  const json error = json::parse(range.body)["error"];
+  EXPECT_NE(range.head.find("application/problem+json"), std::string::npos);
+  const json error = json::parse(range.body);
+  EXPECT_EQ(error["type"], "urn:fanlight:problem:value-not-allowed");
+  EXPECT_EQ(error["status"], 422);
   EXPECT_EQ(error["field"], "light.up_mm");
   EXPECT_EQ(error["maximum"], 2000);
   for (const char* body :
@@ -79,7 +84,7 @@ TEST(RestApi, NamesTheRefusedFieldAndItsRange) {
   EXPECT_EQ(talk(fixture, "PATCH", "/api/scene", "{").status, 400);
   EXPECT_EQ(talk(fixture, "PATCH", "/api/scene", R"({"light": {"up_mm": 1e999}})").status, 400);
   EXPECT_EQ(talk(fixture, "PATCH", "/api/scene", std::string(60'000, '[')).status, 400);
-  EXPECT_EQ(talk(fixture, "PATCH", "/api/scene", std::string(70'000, ' ')).status, 400);
+  EXPECT_EQ(talk(fixture, "PATCH", "/api/scene", std::string(70'000, ' ')).status, 413);
   EXPECT_EQ(talk(fixture, "PATCH", "/api/scene", "light.up_mm=3", "application/x-www-form-urlencoded").status,
             415);
   EXPECT_EQ(talk(fixture, "POST", "/api/scene", "{}").status, 405);

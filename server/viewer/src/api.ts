@@ -16,7 +16,7 @@ export async function callApi(path: string, json?: object): Promise<Response> {
 async function sentenceOf(response: Response): Promise<string> {
   const text = await response.text();
   try {
-    return (JSON.parse(text) as { error: { message: string } }).error.message;
+    return (JSON.parse(text) as { detail: string }).detail;
   } catch {
     return text.trim() || `the server answers ${response.status}`;
   }

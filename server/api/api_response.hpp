@@ -4,10 +4,6 @@
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <string_view>
-
-#include "proto/model/scene.hpp"
 
 namespace google::protobuf {
 class Message;
@@ -24,18 +20,7 @@ ApiResponse json_response(boost::beast::http::status status, const nlohmann::ord
 /// choices by name in lower case. Precondition: no field is repeated, or a message.
 nlohmann::ordered_json message_json(const google::protobuf::Message& message);
 
-/// {"error": {"message": ...}}, with the range of the field that was refused.
-ApiResponse refusal(boost::beast::http::status status, const std::string& sentence,
-                    const SceneField* field = nullptr);
-
-/// `expected`: for people; `allowed`: as in the field Allow.
-ApiResponse wrong_method(std::string_view expected, std::string_view allowed);
-
 /// A browser sends JSON to another site only after a preflight request, which this server does not grant.
 bool is_json(const ApiRequest& request);
-ApiResponse expected_json();
-
-/// The text of {"wish": "..."}; empty where the body is something else.
-std::string wish_text(const ApiRequest& request);
 
 }  // namespace fanlight

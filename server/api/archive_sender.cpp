@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/http/archive_sender.hpp"
+#include "server/api/archive_sender.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

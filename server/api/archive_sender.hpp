@@ -12,7 +12,7 @@
 #include "proto/base/result.hpp"
 #include "server/access/audit_log.hpp"
 #include "server/access/role.hpp"
-#include "server/http/api_response.hpp"
+#include "server/api/api_response.hpp"
 #include "server/state/server_state.hpp"
 
 namespace fanlight {

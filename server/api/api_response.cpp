@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/http/api_response.hpp"
+#include "server/api/api_response.hpp"
 
-#include <fmt/format.h>
 #include <google/protobuf/message.h>
 
 #include <algorithm>
 #include <cctype>
-
-#include "server/state/scene_json.hpp"
+#include <string>
+#include <string_view>
 
 namespace fanlight {
 
@@ -58,32 +57,9 @@ ordered_json message_json(const google::protobuf::Message& message) {
   return json;
 }
 
-ApiResponse refusal(http::status status, const std::string& sentence, const SceneField* field) {
-  ordered_json error = {{"message", sentence}};
-  if (field != nullptr) error.update(range_json(*field));
-  return json_response(status, {{"error", error}});
-}
-
-ApiResponse wrong_method(std::string_view expected, std::string_view allowed) {
-  ApiResponse response =
-      refusal(http::status::method_not_allowed, fmt::format("expected the method {}", expected));
-  response.set(http::field::allow, allowed);
-  return response;
-}
-
 bool is_json(const ApiRequest& request) {
   const std::string_view type = request[http::field::content_type];
   return type.starts_with("application/json") || type.starts_with("application/merge-patch+json");
-}
-
-ApiResponse expected_json() {
-  return refusal(http::status::unsupported_media_type, "expected Content-Type: application/json");
-}
-
-std::string wish_text(const ApiRequest& request) {
-  const auto parsed = nlohmann::json::parse(request.body(), nullptr, false);
-  const auto text = parsed.is_object() ? parsed.value("wish", nlohmann::json()) : nlohmann::json();
-  return text.is_string() ? text.get<std::string>() : "";
 }
 
 }  // namespace fanlight
