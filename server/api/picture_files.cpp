@@ -43,8 +43,7 @@ void PictureFiles::once_rendered(const Answer& answer, std::int64_t now_ns,
                                  const std::function<void()>& then) {
   state_.demand.asked(now_ns);
   if (hub_.newest_picture() != nullptr) return then();
-  const bool is_coming = state_.demand.resting() || !waiting_.empty();
-  if (!is_coming || waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
+  if (waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
   waiting_.push_back({then, answer, now_ns + kMostWaitNs});
 }
 

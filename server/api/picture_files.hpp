@@ -15,9 +15,9 @@
 
 namespace fanlight {
 
-/// Answers requests for the newest picture of the main view as a file. Where nothing was rendered, since
-/// there were no viewers, a picture is rendered first: within kMostWaitNs, or the answer is a refusal. Server
-/// thread only.
+/// Answers requests for the newest picture of the main view as a file. Where there is none, since the server
+/// has just started or there were no viewers, the request waits for one: for kMostWaitNs, then it is refused.
+/// Server thread only.
 class PictureFiles {
  public:
   using Answer = std::function<void(ApiResponse)>;

@@ -134,7 +134,7 @@ std::string toml_text(const OptionRow& row, const std::string& value) {
 /// Stands for a value where there is no default.
 std::string sample(const OptionRow& row) {
   if (!row.choices.empty()) return toml_text(row, row.choices.front());
-  constexpr std::string_view kTexts[] = {"FILE", "FOLDER", "NAME", "TEXT"};
+  constexpr std::string_view kTexts[] = {"FILE", "FOLDER", "NAME", "ORIGINS", "TEXT"};
   return std::ranges::find(kTexts, row.value) != std::end(kTexts) ? toml_text(row, row.value)
                                                                   : fmt::format("<{}>", row.value);
 }

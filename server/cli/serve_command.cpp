@@ -149,6 +149,8 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
   if (auto audit = check_audit(options); !audit) return audit.error();
   auto igtl = options.igtl.config(!options.tls.empty(), !options.tokens.empty());
   if (!igtl) return options.placed("igtl-listen", igtl.error());
+  auto origins = AllowedOrigins::parse(options.allow_origin);
+  if (!origins) return options.placed("allow-origin", origins.error());
   auto rtp = options.rtp.config();
   if (!rtp) return wrong_configuration(options.placed("rtp-to", rtp.error()));
   if (auto made = options.recording.make_folder(); !made) return options.placed("recordings", made.error());
@@ -163,6 +165,7 @@ Result<StreamServer::Config> server_config(const ServeOptions& options) {
                 .recording = options.recording.config()},
       .tls = options.tls,
       .hsts = options.hsts,
+      .allowed_origins = *std::move(origins),
       .credentials = options.tokens,
       .presets = options.presets.empty() ? usual_presets_file() : std::filesystem::path(options.presets),
       .audit_log = options.audit_log,

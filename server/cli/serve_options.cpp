@@ -19,6 +19,7 @@
 #include "server/access/credentials.hpp"
 #include "server/cli/named_option.hpp"
 #include "server/cli/probe_options.hpp"
+#include "server/net/allowed_origins.hpp"
 #include "server/net/listen_address.hpp"
 
 namespace fanlight {
@@ -43,6 +44,8 @@ Result<void> check_value(const std::string& name, const std::string& value) {
     if (const auto parsed = parse_listen_address(value); !parsed) return parsed.error();
   } else if (name == "size" || name == "size-max") {
     if (const auto parsed = parse_picture_size(value); !parsed) return parsed.error();
+  } else if (name == "allow-origin") {
+    if (const auto parsed = AllowedOrigins::parse(value); !parsed) return parsed.error();
   } else if (name == "look") {
     Scene scene;
     return apply_look(scene, value);
@@ -95,6 +98,12 @@ void ServeOptions::add_network_options(CLI::App& command) {
   command.add_option("--client-ca", tls.client_ca, "CA certificate that signs client certificates, PEM")
       ->needs(certificate)
       ->type_name("FILE");
+  command
+      .add_option(
+          "--allow-origin", allow_origin,
+          "Other sites whose pages may embed the page, and use the API and the stream with the rights of "
+          "their user: origins such as https://ward.example, separated by commas")
+      ->type_name("ORIGINS");
 }
 
 void ServeOptions::add_access_options(CLI::App& command) {

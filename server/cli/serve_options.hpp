@@ -41,6 +41,7 @@ struct ServeOptions {
   double control_lapse_s = 60;
   std::size_t private_views = kMostPrivateViews;
   bool hsts = false;
+  std::string allow_origin;
   bool audit_required = false;
   bool render_unwatched = false;
   bool print_config = false;

@@ -101,7 +101,7 @@ Pixels PictureMarker::marked(const Pixels& pixels, PictureMark mark) {
   const std::string_view words = mark_words(mark);
   const std::uint32_t columns = static_cast<std::uint32_t>(words.size()) * kAdvance + 3;  // dots of the field
   constexpr std::uint32_t kRows = kGlyphHeight + 4;
-  const std::uint32_t dot = std::min(std::max(1U, pixels.height / 120), pixels.width / columns);
+  const std::uint32_t dot = std::min(std::max(1U, (pixels.height + 60) / 120), pixels.width / columns);
   if (dot == 0) {
     canvas.fill(0, 0, pixels.width, std::max(2U, pixels.height / 8), field_colour(mark));
   } else {

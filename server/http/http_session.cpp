@@ -34,7 +34,10 @@ constexpr auto kDrainTime = std::chrono::seconds(2);
 // The page loads files of this server only, and runs no script but those.
 constexpr const char* kContentPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "base-uri 'none'; form-action 'none'; frame-ancestors ";
+constexpr const char* kExposedHeaders =
+    "X-Fanlight-Picture-Id, X-Fanlight-Volume-Id, X-Fanlight-Scene-Revision, X-Fanlight-Liveness, "
+    "Retry-After";
 
 std::string_view content_type(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
@@ -219,6 +222,10 @@ void HttpSession::serve(Request request) {
     return dependencies_.rest_api.send_object(std::move(request.body()), sender->principal, sender->permit,
                                               answer_of(request));
   }
+  const bool asks_before = request.method() == http::verb::options &&
+                           request.count(http::field::access_control_request_method) > 0;
+  if (asks_before && dependencies_.allowed_origins.has(request[http::field::origin]))
+    return reply(request, preflight(request));
   auto principal = authenticate(request);
   if (!principal) return reply(request, unauthenticated(principal.error()));
   if (*principal) permit_.authenticated();
@@ -251,7 +258,7 @@ void HttpSession::serve_api(const Request& request, const std::optional<Principa
 void HttpSession::stream_pictures(const Request& request, const StreamSettings& settings,
                                   const Principal& principal) {
   Response head(http::status::ok, 11);
-  set_policies(head);
+  set_policies(request, head);
   if (const auto room =
           dependencies_.stream.shared.hub.has_room(0, has_role(principal.role, kEncodesUnlimited), settings);
       !room) {
@@ -268,7 +275,8 @@ std::optional<HttpSession::Response> HttpSession::rejection(const Request& reque
                         "the request names another host, expected localhost or a loopback address");
   }
   const std::string_view origin = request[http::field::origin];  // only browsers send it
-  if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host], connection_.is_tls())) {
+  if (!origin.empty() && !is_origin_of_host(origin, request[http::field::host], connection_.is_tls()) &&
+      !dependencies_.allowed_origins.has(origin)) {
     dependencies_.audit.note({.name = "unknown", .address = address_},
                              {.what = "request", .result = "refused: from a page of another site"},
                              {{"origin", std::string(origin.substr(0, 64))}});
@@ -316,19 +324,43 @@ void HttpSession::upgrade(const Request& request, std::optional<Principal> princ
 
 void HttpSession::reply(const Request& request, Response response) {
   response.keep_alive(request.keep_alive());
-  set_policies(response);
+  set_policies(request, response);
   response.prepare_payload();
   send(std::move(response));
 }
 
-void HttpSession::set_policies(Response& response) {
+void HttpSession::set_policies(const Request& request, Response& response) {
   response.set(http::field::cache_control, "no-store");
   response.set("X-Content-Type-Options", "nosniff");
-  response.set("Content-Security-Policy", kContentPolicy);
+  response.set("Content-Security-Policy", kContentPolicy + dependencies_.allowed_origins.sources());
   response.set("Referrer-Policy", "no-referrer");
-  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  set_sharing(request, response);
   if (dependencies_.hsts && connection_.is_tls())
     response.set("Strict-Transport-Security", "max-age=31536000");
+}
+
+void HttpSession::set_sharing(const Request& request, Response& response) {
+  const AllowedOrigins& allowed = dependencies_.allowed_origins;
+  const std::string_view origin = request[http::field::origin];
+  // An <img> sends no Origin, but the address of its page.
+  const bool is_shared = allowed.has(origin) || allowed.has_page(request[http::field::referer]);
+  response.set("Cross-Origin-Resource-Policy", is_shared ? "cross-origin" : "same-origin");
+  if (allowed.empty()) return;
+  response.insert(http::field::vary, "Origin, Referer");
+  if (!allowed.has(origin)) return;
+  response.set(http::field::access_control_allow_origin, origin);
+  response.set(http::field::access_control_allow_credentials, "true");  // a certificate is one
+  response.set(http::field::access_control_expose_headers, kExposedHeaders);
+}
+
+HttpSession::Response HttpSession::preflight(const Request& request) {
+  Response response(http::status::no_content, 11);
+  std::string methods = allowed_methods(path_of(request));
+  response.set(http::field::access_control_allow_methods, methods.empty() ? "GET, HEAD" : methods);
+  response.set(http::field::access_control_allow_headers,
+               fmt::format("Authorization, Content-Type, {}", kControlKeyHeader));
+  response.set(http::field::access_control_max_age, "600");
+  return response;
 }
 
 HttpSession::Response HttpSession::respond(const Request& request,

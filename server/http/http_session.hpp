@@ -14,6 +14,7 @@
 #include "server/access/authenticator.hpp"
 #include "server/api/rest_api.hpp"
 #include "server/http/metrics_text.hpp"
+#include "server/net/allowed_origins.hpp"
 #include "server/net/connection.hpp"
 #include "server/net/connection_limit.hpp"
 #include "server/stream/stream_session.hpp"
@@ -37,6 +38,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const StreamSession::Dependencies& stream;
     bool hsts;           ///< tell browsers to come over TLS only
     bool loopback_only;  ///< the server listens on loopback, and requests must name a loopback host
+    const AllowedOrigins& allowed_origins;
   };
 
   /// `dependencies` and all that it refers to must outlive the session.
@@ -76,7 +78,11 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   Response readiness();
   void reply(const Request& request, Response response);
   /// Sets the headers of all responses that restrict what a browser does with them.
-  void set_policies(Response& response);
+  void set_policies(const Request& request, Response& response);
+  /// Of these, those for pages of other sites.
+  void set_sharing(const Request& request, Response& response);
+  /// The answer to a browser that asks whether a page of another site may send a request.
+  Response preflight(const Request& request);
   Response refusal(boost::beast::http::status status, const std::string& sentence);
   /// A refusal after which the connection is closed.
   Response last_refusal(boost::beast::http::status status, const std::string& sentence);

@@ -18,6 +18,7 @@
 #include "server/http/connection_listener.hpp"
 #include "server/http/http_session.hpp"
 #include "server/igtl/igtl_server.hpp"
+#include "server/net/allowed_origins.hpp"
 #include "server/net/loop_chain.hpp"
 #include "server/net/loop_timer.hpp"
 #include "server/net/tls_context.hpp"
@@ -48,6 +49,7 @@ class StreamServer {
     ServerState::Config state;
     TlsFiles tls;                          ///< empty: no TLS
     bool hsts = false;                     ///< with TLS: browsers come to this host over TLS only, for a year
+    AllowedOrigins allowed_origins{};      ///< other sites whose pages may use the server
     std::filesystem::path credentials;     ///< empty: every client is an admin
     std::filesystem::path presets;         ///< keeps what people save; empty: until the end only
     std::filesystem::path audit_log;       ///< empty: no audit log

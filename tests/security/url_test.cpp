@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/client/server_url.hpp"
+#include "server/net/allowed_origins.hpp"
 #include "server/net/request_host.hpp"
 
 namespace fanlight::test {
@@ -98,6 +99,38 @@ TEST(RequestHost, IsTheOneOfTheOrigin) {
         "http://evil.example/localhost:8080", "http:localhost:8080", "http://evil.example@localhost:8080",
         "://localhost:8080"}) {
     EXPECT_FALSE(is_origin_of_host(origin, "localhost:8080", false)) << origin;
+  }
+}
+
+TEST(AllowedOrigins, AreAsBrowsersWriteThem) {
+  const auto allowed =
+      AllowedOrigins::parse("https://Ward.example:443, http://127.0.0.1:3000,https://[2001:db8::7]:8443");
+  ASSERT_TRUE(allowed) << allowed.error().message;
+  EXPECT_EQ(allowed->sources(), "https://ward.example http://127.0.0.1:3000 https://[2001:db8::7]:8443");
+  EXPECT_TRUE(allowed->has("https://ward.example"));
+  EXPECT_TRUE(allowed->has_page("https://ward.example/a/b?c#d"));
+  EXPECT_TRUE(allowed->has_page("http://127.0.0.1:3000/"));
+  for (const char* other :
+       {"", "null", "*", "http://ward.example", "https://ward.example:444",
+        "https://ward.example.evil.example", "https://evil.example", "https://ward.example@evil.example",
+        "https://a.ward.example", "http://127.0.0.1", "http://127.0.0.1:30000"}) {
+    EXPECT_FALSE(allowed->has(other)) << other;
+    EXPECT_FALSE(allowed->has_page(std::string(other) + "/https://ward.example")) << other;
+  }
+}
+
+TEST(AllowedOrigins, AreNoneByDefaultAndNeverAll) {
+  const auto none = AllowedOrigins::parse("");
+  ASSERT_TRUE(none);
+  EXPECT_EQ(none->sources(), "'none'");
+  EXPECT_FALSE(none->has(""));
+  EXPECT_FALSE(none->has_page("https://ward.example/"));
+  for (const char* wrong :
+       {"*", "ward.example", "https://", "https://ward.example/", "https://ward.example/page", "file:///a",
+        "null", "https://ward.example?a", "https://ward.example#a", "https://me@ward.example",
+        "https://*.example/", "https://a.example,,https://b.example", "https://a.example;b", "https://a b",
+        "javascript:alert(1)"}) {
+    EXPECT_FALSE(AllowedOrigins::parse(wrong)) << wrong;
   }
 }
 
