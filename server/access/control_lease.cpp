@@ -78,7 +78,7 @@ Result<bool> ControlLease::grant(std::uint64_t from, std::uint64_t to, std::int6
   if (!holds(from)) return refusal("this session is not in control, expected it to be before it hands it on");
   const auto asking = std::ranges::find(state_.asking, to, &Party::session);
   if (asking == state_.asking.end()) {
-    return refusal(fmt::format("display {} has not requested control, expected one that has", to));
+    return refusal(fmt::format("session {} has not requested control, expected one that has", to));
   }
   give(Party(*asking), now_ms);
   return false;

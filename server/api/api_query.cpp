@@ -65,6 +65,18 @@ Result<ApiQuery> parse_query(std::string_view target, std::span<const QueryParam
   return query;
 }
 
+Result<std::uint64_t> wanted_revision(const ApiQuery& query) {
+  const auto found = query.find("revision");
+  if (found == query.end()) return std::uint64_t{0};
+  std::uint64_t revision = 0;
+  const std::string& text = found->second;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), revision);
+  if (failure != std::errc() || end != text.data() + text.size())
+    return bad_query(
+        fmt::format("revision is \"{}\", expected that of a scene", printable(text.substr(0, 40))));
+  return revision;
+}
+
 Result<StreamSettings> jpeg_settings(const ApiQuery& query, int default_quality) {
   StreamSettings settings{.codec = StreamSettings::Codec::kJpeg, .quality = default_quality};
   if (const auto size = query.find("size"); size != query.end()) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -19,6 +20,9 @@ using ApiQuery = std::map<std::string, std::string, std::less<>>;
 /// Reads "?size=320x320&quality=80" of a request's target. Errors, kInvalidArgument: a parameter that is not
 /// in `known`, or comes twice, or a text that is no query.
 Result<ApiQuery> parse_query(std::string_view target, std::span<const QueryParameter> known);
+
+/// The revision of the scene that a picture must show; 0: any. Error, kInvalidArgument.
+Result<std::uint64_t> wanted_revision(const ApiQuery& query);
 
 /// The settings of JPEG pictures: size, quality and rate. Error, kInvalidArgument: the parameter and its
 /// range.

@@ -68,12 +68,16 @@ ordered_json success(const ApiOperation& operation) {
   const bool is_picture = operation.id == ApiId::kReadPicturePng || operation.id == ApiId::kReadPictureJpeg;
   if (!is_picture) return response;
   const ordered_json number = {{"schema", {{"type", "integer"}}}};
-  response["headers"] = {{"X-Fanlight-Picture-Id", number},
-                         {"X-Fanlight-Volume-Id", number},
-                         {"X-Fanlight-Scene-Revision", number},
-                         {"X-Fanlight-Liveness",
-                          {{"description", "Whether the picture shows what the probe sees now."},
-                           {"schema", {{"type", "string"}}}}}};
+  response["headers"] = {
+      {"X-Fanlight-Picture-Id", number},
+      {"X-Fanlight-Volume-Id", number},
+      {"X-Fanlight-Scene-Revision", number},
+      {"X-Fanlight-Liveness",
+       {{"description", "Whether the picture shows what the source sends now."},
+        {"schema", {{"enum", {"waiting", "live", "delayed", "not live", "replay", "frozen", "resting"}}}}}},
+      {"X-Fanlight-Origin",
+       {{"description", "Where the frames come from."},
+        {"schema", {{"enum", {"probe", "unknown", "simulated", "recording"}}}}}}};
   return response;
 }
 

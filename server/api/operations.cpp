@@ -20,7 +20,9 @@ using http::verb;
 constexpr std::string_view kJson = "application/json";
 
 constexpr QueryParameter kSize = {
-    "size", "Most pixels, WIDTHxHEIGHT, 16 to 2048 each. The proportions stay. Without it: the usual size.",
+    "size",
+    "WIDTHxHEIGHT that the picture fits into, 16 to 2048 each. The proportions stay, and it is never "
+    "enlarged. Without it: the usual size.",
     R"({"type": "string", "pattern": "^[0-9]{2,4}x[0-9]{2,4}$", "example": "320x320"})"};
 constexpr QueryParameter kQuality = {"quality", "Of the JPEG. Without it: as the server was started.",
                                      R"({"type": "integer", "minimum": 1, "maximum": 100})"};
@@ -30,8 +32,14 @@ constexpr QueryParameter kTime = {
     "t", "Ignored. A new value makes a browser load the picture again into the same element.",
     R"({"type": "string"})"};
 
-constexpr QueryParameter kOfPng[] = {kTime};
-constexpr QueryParameter kOfJpeg[] = {kSize, kQuality, kTime};
+constexpr QueryParameter kRevision = {"revision",
+                                      "Wait, five seconds at most, for a picture that shows this revision of "
+                                      "the scene, as PATCH /api/scene has "
+                                      "answered it, or a later one.",
+                                      R"({"type": "integer", "minimum": 0})"};
+
+constexpr QueryParameter kOfPng[] = {kRevision, kTime};
+constexpr QueryParameter kOfJpeg[] = {kSize, kQuality, kRevision, kTime};
 constexpr QueryParameter kOfStream[] = {kSize, kQuality, kRate, kTime};
 
 constexpr std::string_view kMarks =
@@ -107,8 +115,9 @@ std::vector<ApiOperation> make_operations() {
       change(ApiId::kChangeScene, verb::patch, "/api/scene", "changeScene", "Change fields of the scene",
              ChangeScene(), {"Scene", R"({"light": {"up_mm": 20}, "mode": "volume"})"},
              {status::ok, "SceneState"}, {kValueNotAllowed},
-             "All fields of the body are changed, or none. Without a control key the change does not acquire "
-             "control."),
+             "All fields of the body are changed, or none. The next picture shows them: see the parameter "
+             "revision of "
+             "/api/picture.jpg. Without a control key the change does not acquire control."),
       picture(ApiId::kReadPicturePng, "/api/picture.png", "readPicturePng",
               "Read the newest picture of the main view as PNG", "image/png",
               "In the size in which it was rendered, and without words in it."),

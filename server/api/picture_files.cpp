@@ -18,13 +18,16 @@ namespace http = boost::beast::http;
 namespace {
 
 ApiResponse no_picture() {
-  return refusal(Problem::kUnavailable, "there is no picture yet, expected a later request");
+  return refusal(Problem::kUnavailable, "there is no such picture yet, expected a later request");
 }
 
 }  // namespace
 
-void PictureFiles::png(const Principal& principal, const Answer& answer, std::int64_t now_ns) {
-  once_rendered(answer, now_ns, [this, principal, answer] {
+void PictureFiles::png(const ApiQuery& query, const Principal& principal, const Answer& answer,
+                       std::int64_t now_ns) {
+  const auto revision = wanted_revision(query);
+  if (!revision) return answer(refusal(Problem::kMalformed, revision.error().message));
+  once_rendered(*revision, answer, now_ns, [this, principal, answer] {
     encode({.codec = StreamSettings::Codec::kPng}, "image/png", principal, answer);
   });
 }
@@ -33,18 +36,25 @@ void PictureFiles::jpeg(const ApiQuery& query, const Principal& principal, const
                         std::int64_t now_ns) {
   const auto settings = jpeg_settings(query, state_.description.jpeg_quality);
   if (!settings) return answer(refusal(Problem::kMalformed, settings.error().message));
-  once_rendered(answer, now_ns, [this, principal, answer, settings = *settings]() mutable {
+  const auto revision = wanted_revision(query);
+  if (!revision) return answer(refusal(Problem::kMalformed, revision.error().message));
+  once_rendered(*revision, answer, now_ns, [this, principal, answer, settings = *settings]() mutable {
     settings.mark = mark_of(state_.liveness.report());
     encode(settings, "image/jpeg", principal, answer);
   });
 }
 
-void PictureFiles::once_rendered(const Answer& answer, std::int64_t now_ns,
+bool PictureFiles::shows(std::uint64_t revision) const {
+  const Picture* const newest = hub_.newest_picture();
+  return newest != nullptr && newest->stamp.scene_revision >= revision;
+}
+
+void PictureFiles::once_rendered(std::uint64_t revision, const Answer& answer, std::int64_t now_ns,
                                  const std::function<void()>& then) {
   state_.demand.asked(now_ns);
-  if (hub_.newest_picture() != nullptr) return then();
+  if (shows(revision)) return then();
   if (waiting_.size() >= PictureHub::kMostFileRequests) return answer(no_picture());
-  waiting_.push_back({then, answer, now_ns + kMostWaitNs});
+  waiting_.push_back({then, answer, now_ns + kMostWaitNs, revision});
 }
 
 void PictureFiles::shared_surface(const Principal& principal, const Answer& answer, std::int64_t now_ns) {
@@ -53,7 +63,7 @@ void PictureFiles::shared_surface(const Principal& principal, const Answer& answ
     audit_.note(principal, {.what = "share", .result = std::string("refused: ") + kReason}, nullptr);
     return answer(refusal(Problem::kNotPermitted, kReason));
   }
-  once_rendered(answer, now_ns, [this, principal, answer] { make_shared_page(principal, answer); });
+  once_rendered(0, answer, now_ns, [this, principal, answer] { make_shared_page(principal, answer); });
 }
 
 void PictureFiles::make_shared_page(const Principal& principal, const Answer& answer) {
@@ -98,15 +108,14 @@ void PictureFiles::make_shared_page(const Principal& principal, const Answer& an
 
 void PictureFiles::answer_waiting(std::int64_t now_ns) {
   if (waiting_.empty()) return;
-  const bool there_is_one = hub_.newest_picture() != nullptr;
-  const auto is_due = [&](const Waiting& each) { return there_is_one || now_ns >= each.until_ns; };
+  const auto is_due = [&](const Waiting& each) { return now_ns >= each.until_ns || shows(each.revision); };
   std::vector<Waiting> due;
   for (Waiting& each : waiting_) {
     if (is_due(each)) due.push_back(each);
   }
   std::erase_if(waiting_, is_due);
   for (const Waiting& each : due) {
-    if (there_is_one) {
+    if (shows(each.revision)) {
       each.then();
     } else {
       each.answer(no_picture());
@@ -127,7 +136,9 @@ void PictureFiles::encode(const StreamSettings& settings, const char* media_type
     response.set("X-Fanlight-Picture-Id", std::to_string(file->stamp.picture_id));
     response.set("X-Fanlight-Volume-Id", std::to_string(file->stamp.volume.volume_id));
     response.set("X-Fanlight-Scene-Revision", std::to_string(file->stamp.scene_revision));
-    response.set("X-Fanlight-Liveness", PictureLiveness::name(state_.liveness.report().state));
+    const PictureLiveness::Report& liveness = state_.liveness.report();
+    response.set("X-Fanlight-Liveness", PictureLiveness::name(liveness.state));
+    response.set("X-Fanlight-Origin", origin_name(liveness.origin));
     response.body() = *file->bytes;
     answer(std::move(response));
   });

@@ -27,9 +27,10 @@ class PictureFiles {
   PictureFiles(ServerState& state, PictureHub& hub, AuditLog& audit)
       : state_(state), hub_(hub), audit_(audit) {}
 
-  void png(const Principal& principal, const Answer& answer, std::int64_t now_ns);
+  /// `query`: the revision of the scene that it must show.
+  void png(const ApiQuery& query, const Principal& principal, const Answer& answer, std::int64_t now_ns);
 
-  /// `query`: size and quality. Where the picture is not live, words in it say so.
+  /// `query`: also size and quality. Where the picture is not live, words in it say so.
   void jpeg(const ApiQuery& query, const Principal& principal, const Answer& answer, std::int64_t now_ns);
 
   /// A page that shows the surface without this server. For operators; audited.
@@ -46,9 +47,13 @@ class PictureFiles {
     std::function<void()> then;  // with a picture
     Answer answer;               // without one
     std::int64_t until_ns = 0;
+    std::uint64_t revision = 0;  // of the scene, that the picture must show
   };
-  /// Calls `then` once there is a picture, or `answer` with a refusal.
-  void once_rendered(const Answer& answer, std::int64_t now_ns, const std::function<void()>& then);
+  /// Whether there is a picture that shows this revision of the scene.
+  bool shows(std::uint64_t revision) const;
+  /// Calls `then` once there is, or `answer` with a refusal.
+  void once_rendered(std::uint64_t revision, const Answer& answer, std::int64_t now_ns,
+                     const std::function<void()>& then);
   void encode(const StreamSettings& settings, const char* media_type, const Principal& principal,
               const Answer& answer);
   void make_shared_page(const Principal& principal, const Answer& answer);

@@ -58,13 +58,16 @@ Problem problem_with(const CommandResult& result) {
   return result.error.code == ErrorCode::kInvalidArgument ? Problem::kMalformed : Problem::kNotPossibleNow;
 }
 
-RestApi::Response refused(const ClientCommand& command, const CommandResult& result) {
+RestApi::Response refused(const ClientCommand& command, const CommandResult& result, bool has_key) {
   Problem problem = problem_with(result);
   // Rules of several fields name none of them.
   if (problem == Problem::kMalformed && std::holds_alternative<ChangeScene>(command))
     problem = Problem::kValueNotAllowed;
   std::string sentence = result.error.message;
-  if (problem == Problem::kControlHeld) sentence += R"(, by POST /api/control {"wish": "ask"})";
+  if (problem == Problem::kControlHeld) {
+    sentence += has_key ? "; the key shown may wait for it, GET /api/control says so"
+                        : R"(, by POST /api/control {"wish": "ask"})";
+  }
   return refusal(problem, sentence, result.field);
 }
 
@@ -183,9 +186,9 @@ void RestApi::serve(const Request& request, const Principal& principal, const An
   const ApiOperation* const operation = find_operation(request.method(), path);
   if (operation == nullptr) {
     const std::string allowed = allowed_methods(path);
-    return answer(allowed.empty()
-                      ? refusal(Problem::kNotFound, "there is nothing here, expected a path of GET /api")
-                      : wrong_method(allowed, allowed));
+    return answer(allowed.empty() ? refusal(Problem::kNotFound,
+                                            "there is nothing here, expected a path that GET /api lists")
+                                  : wrong_method(allowed, allowed));
   }
   auto query = parse_query(target, operation->query);
   if (!query) return answer(refusal(Problem::kMalformed, query.error().message));
@@ -201,7 +204,7 @@ void RestApi::serve(const Request& request, const Principal& principal, const An
 bool RestApi::serve_picture(ApiId id, const Call& call, const Answer& answer, std::int64_t now_ns) {
   switch (id) {
     case ApiId::kReadPicturePng:
-      pictures_.png(call.principal, answer, now_ns);
+      pictures_.png(call.query, call.principal, answer, now_ns);
       return true;
     case ApiId::kReadPictureJpeg:
       pictures_.jpeg(call.query, call.principal, answer, now_ns);
@@ -221,7 +224,7 @@ Result<void> RestApi::take_key(Call& call, const ApiOperation& operation, std::i
   if (call.script != nullptr) return {};
   return Error{
       ErrorCode::kInvalidArgument,
-      R"(the control key is not valid any more, expected POST /api/control {"wish": "ask"} without one)"};
+      R"(the control key is not known or has lapsed, expected POST /api/control {"wish": "ask"} without one)"};
 }
 
 std::optional<std::variant<StreamSettings, RestApi::Response>> RestApi::stream_settings(
@@ -241,9 +244,11 @@ RestApi::Response RestApi::execute(const Call& call, const ClientCommand& comman
                                    const std::function<Response(const CommandResult&)>& done) {
   SessionlessRequester once(dependencies_.audit, call.principal);
   Response response;
-  dependencies_.commands.execute(
-      call.script != nullptr ? call.script->requester() : once.requester(), command,
-      [&](const CommandResult& result) { response = result ? done(result) : refused(command, result); });
+  dependencies_.commands.execute(call.script != nullptr ? call.script->requester() : once.requester(),
+                                 command, [&](const CommandResult& result) {
+                                   response = result ? done(result)
+                                                     : refused(command, result, call.script != nullptr);
+                                 });
   return response;
 }
 
@@ -254,7 +259,7 @@ RestApi::Response RestApi::reject(const Call& call, const ClientCommand& kind, c
       dependencies_.commands.reject(call.script != nullptr ? call.script->requester() : once.requester(),
                                     kind, {ErrorCode::kInvalidArgument, reason}, details);
   const bool malformed = result.refused == CommandResult::Refused::kByCommand;
-  return malformed ? refusal(problem, result.error.message) : refused(kind, result);
+  return malformed ? refusal(problem, result.error.message) : refused(kind, result, call.script != nullptr);
 }
 
 void RestApi::second_passed(std::int64_t now_ns) {

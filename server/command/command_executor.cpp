@@ -143,7 +143,8 @@ json CommandExecutor::details(const ClientCommand& command, const CommandResult&
 
 CommandResult CommandExecutor::reject(const Requester& who, const ClientCommand& kind, const Error& error,
                                       const json& details) {
-  const CommandRule rule = rule_of(kind);
+  CommandRule rule = rule_of(kind);
+  rule.needs_session = false;  // what cannot be read needs to be mended first
   CommandResult result = permission(rule, who);
   if (result) result = refusal(error);
   (state_.counters.*rule.refusals).add();

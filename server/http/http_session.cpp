@@ -37,7 +37,7 @@ constexpr const char* kContentPolicy =
     "base-uri 'none'; form-action 'none'; frame-ancestors ";
 constexpr const char* kExposedHeaders =
     "X-Fanlight-Picture-Id, X-Fanlight-Volume-Id, X-Fanlight-Scene-Revision, X-Fanlight-Liveness, "
-    "Retry-After";
+    "X-Fanlight-Origin, Retry-After";
 
 std::string_view content_type(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
@@ -131,6 +131,7 @@ void HttpSession::header_received(beast::error_code failure) {
     return send(
         last_refusal(http::status::bad_request, "the target is neither a path nor a URL, expected one"));
   }
+  is_api_ = is_api(path_of(parser_->get()));  // of the absolute form too
   if (auto refused = refusal_before_body()) return send(*std::move(refused));
   if (waits_for_continue(parser_->get()) && !parser_->is_done()) return send_continue();
   read_body();
@@ -420,9 +421,9 @@ HttpSession::Response HttpSession::respond_with_page(const Request& request) {
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
   if (file == page_files().end()) {
-    return refusal(
-        http::status::not_found,
-        "there is nothing here, expected /, /stream, /healthz, /readyz, /metrics or a path of /api");
+    return refusal(http::status::not_found,
+                   "there is nothing here, expected /, /stream, /healthz, /readyz, /metrics or a path that "
+                   "GET /api lists");
   }
   // A client that loads the page connects as a display next: its first picture is rendered meanwhile.
   if (path == "/" && !dependencies_.access.asks()) dependencies_.state.demand.asked(now_ns());

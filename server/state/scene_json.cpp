@@ -59,8 +59,11 @@ Result<void> read_field(v1::Scene& change, const SceneField& field, const json& 
     put_change(change, field, static_cast<double>(choice - field.choices.begin()));
     return {};
   }
-  if (!value.is_number())
-    return wrong(field.name, field.choices.empty() ? "a number" : "the name of a choice");
+  if (!value.is_number()) {
+    return wrong(field.name, field.choices.empty()
+                                 ? "a number"
+                                 : fmt::format("one of {}", fmt::join(field.choices, ", ")));
+  }
   const double number = value.get<double>();
   // The message has an unsigned integer for this field, so that other numbers must be refused here.
   if (field.step >= 1 && field.minimum >= 0 &&
@@ -124,8 +127,8 @@ ordered_json range_json(const SceneField& field) {
   ordered_json range = {{"field", field.name}};
   if (!field.choices.empty()) range["choices"] = field.choices;
   if (field.is_text() || !field.choices.empty()) return range;
-  range["minimum"] = field.minimum;
-  range["maximum"] = field.maximum;
+  range["minimum"] = value_json(field, field.minimum);
+  range["maximum"] = value_json(field, field.maximum);
   return range;
 }
 

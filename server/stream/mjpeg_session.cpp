@@ -89,11 +89,13 @@ void MjpegSession::pump() {
   v1::ServerMessage message;
   message.ParseFromString(*item.message);
   const v1::Picture& picture = message.picture();
+  const PictureLiveness::Report& liveness = shared_.state.liveness.report();
   std::string text = fmt::format(
       "Content-Type: image/jpeg\r\nContent-Length: {}\r\nX-Fanlight-Picture-Id: {}\r\n"
-      "X-Fanlight-Volume-Id: {}\r\nX-Fanlight-Liveness: {}\r\n\r\n",
-      picture.jpeg().size(), picture.picture_id(), picture.volume_id(),
-      PictureLiveness::name(shared_.state.liveness.report().state));
+      "X-Fanlight-Volume-Id: {}\r\nX-Fanlight-Scene-Revision: {}\r\nX-Fanlight-Liveness: {}\r\n"
+      "X-Fanlight-Origin: {}\r\n\r\n",
+      picture.jpeg().size(), picture.picture_id(), picture.volume_id(), picture.scene_revision(),
+      PictureLiveness::name(liveness.state), origin_name(liveness.origin));
   write(std::move(text), std::move(*message.mutable_picture()->mutable_jpeg()));
 }
 

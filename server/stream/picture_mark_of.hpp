@@ -26,4 +26,19 @@ inline PictureMark mark_of(const PictureLiveness::Report& report) {
   return PictureMark::kNotLive;
 }
 
+/// Where the frames come from, in the header of a picture: "probe", "unknown", "simulated" or "recording".
+inline const char* origin_name(FrameOrigin origin) {
+  switch (origin) {
+    case FrameOrigin::kProbe:
+      return "probe";
+    case FrameOrigin::kSimulated:
+      return "simulated";
+    case FrameOrigin::kRecording:
+      return "recording";
+    case FrameOrigin::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
 }  // namespace fanlight

@@ -208,7 +208,9 @@ test("scripts ask for control, pass it on and release it", async () => {
 
   const second = await (await control("operator", { wish: "ask", name: "second" })).json();
   assert.ok(second.waiting && !second.mine);
-  assert.equal((await light(22, second.key)).status, 409);
+  const waits = await light(22, second.key);
+  assert.equal(waits.status, 409);
+  assert.match((await waits.json()).detail, /may wait for it/);
   assert.deepEqual((await state()).asking, [{ session: second.session, name: "second" }]);
   assert.equal((await control("operator", { wish: `grant=${second.session}` }, second.key)).status, 400);
   assert.equal((await control("operator", { wish: `grant=${second.session}` }, first.key)).status, 200);
@@ -232,6 +234,8 @@ test("scripts ask for control, pass it on and release it", async () => {
     await control(owner, { wish: "release" }, key);
   }
   assert.equal((await state()).holder, null);
+  const unknown = await (await control("operator", { wish: "ask", nmae: "x" })).json();
+  assert.match(unknown.detail, /the key "nmae"/);
   for (const wish of ["keep", "release", "grant=1", "grant=x", "give", 5]) {
     assert.equal((await control("operator", { wish })).status, 400, wish);
   }
@@ -247,6 +251,22 @@ function jpegSize(bytes) {
   throw new Error("the picture has no frame header");
 }
 
+test("a picture waits for the revision of the scene that is asked for", async () => {
+  for (const yaw_deg of [5, 10, 15]) {
+    const { revision } = await (
+      await call("PATCH", "/api/scene", { role: "admin", body: { camera: { yaw_deg } } })
+    ).json();
+    for (const path of ["/api/picture.jpg", "/api/picture.png"]) {
+      const picture = await call("GET", `${path}?revision=${revision}`, { role: "viewer" });
+      assert.ok(Number(picture.headers.get("X-Fanlight-Scene-Revision")) >= revision);
+      assert.equal(picture.headers.get("X-Fanlight-Origin"), "simulated");
+    }
+  }
+  const never = await call("GET", "/api/picture.jpg?revision=1000000", { role: "viewer" });
+  assert.equal(never.status, 503);
+  assert.equal(never.headers.get("Retry-After"), "1");
+});
+
 test("pictures come in the size that is asked for", async () => {
   const jpeg = async (query) =>
     Buffer.from(await (await call("GET", `/api/picture.jpg?${query}`, { role: "viewer" })).arrayBuffer());
@@ -260,6 +280,9 @@ test("pictures come in the size that is asked for", async () => {
     "quality=0",
     "quality=101",
     "quality=1e9",
+    "quality=7.5",
+    "revision=-1",
+    "revision=x",
     "size=9x9&size=9x9",
     "t=%zz",
   ]) {
