@@ -24,6 +24,14 @@ std::string lower(std::string_view text) {
   return copy;
 }
 
+/// Whether a host has only what names and addresses have: others, such as ';', have a meaning in a
+/// Content-Security-Policy.
+bool is_plain(std::string_view host) {
+  return std::ranges::all_of(host, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '.' || c == '[' || c == ']' || c == ':';
+  });
+}
+
 /// The origin of a URL as browsers write it: in lower case, without the usual port of the scheme.
 std::optional<std::string> origin_of(std::string_view text) {
   const auto url = urls::parse_uri(text);
@@ -34,6 +42,7 @@ std::optional<std::string> origin_of(std::string_view text) {
   const std::string_view port = url->port();
   const bool is_usual = port.empty() || port == (scheme == "https" ? "443" : "80");
   const std::string_view host = url->encoded_host();
+  if (!is_plain(host)) return std::nullopt;
   return fmt::format("{}://{}{}", scheme, lower(host), is_usual ? "" : fmt::format(":{}", port));
 }
 

@@ -35,7 +35,14 @@ before(async () => {
       { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] },
     ).trim();
   }
-  server = await ServerProcess.start(kSource, 0, ["--tokens", file, "--recordings", folder]);
+  server = await ServerProcess.start(kSource, 0, [
+    "--tokens",
+    file,
+    "--recordings",
+    folder,
+    "--presets",
+    join(folder, "presets.json"),
+  ]);
   description = await (await call("GET", "/api/openapi.json", { role: "viewer" })).json();
   while ((await call("GET", "/api/picture.png", { role: "viewer" })).status === 503) await sleep(50);
 });
