@@ -4,7 +4,10 @@
 include(GNUInstallDirs)
 set(deploy ${CMAKE_CURRENT_LIST_DIR})
 set(packaging ${CMAKE_BINARY_DIR}/packaging)
-set(commands serve render batch watch view token audit bench info record recover convert)
+set(commands serve render batch watch view export token audit bench info record recover convert)
+if(FANLIGHT_DICOM)
+  list(APPEND commands send worklist)
+endif()
 
 install(TARGETS fanlight RUNTIME COMPONENT server)
 # Where the run path of the program finds it.
@@ -79,5 +82,7 @@ install(DIRECTORY ${deploy}/monitoring ${deploy}/janus ${deploy}/slurm ${deploy}
   COMPONENT server PATTERN "*.test.yml" EXCLUDE)
 # For displays of others.
 install(FILES proto/fanlight.proto DESTINATION ${CMAKE_INSTALL_DATADIR}/fanlight COMPONENT server)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/server/viewer/fanlight-view DESTINATION ${CMAKE_INSTALL_DATADIR}/fanlight
+  COMPONENT server)
 
 include(${deploy}/package/debian.cmake)

@@ -121,6 +121,14 @@ if (values.outdir) {
     outdir: resolve(values.outdir),
     target: ["chrome105", "firefox110", "safari16"],
   });
+  // For pages of other sites: the class and its style in one module.
+  await bundle({
+    entryPoints: { "fanlight-view": join(home, "src/embed/fanlight_view.ts") },
+    outdir: resolve(values.outdir),
+    loader: { ".css": "text" },
+    format: "esm",
+    target: ["chrome100", "firefox101", "safari16.4"],
+  });
   const share = await bundle({
     entryPoints: [join(home, "src/share/main.ts")],
     plugins: [shaderTexts],

@@ -8,6 +8,7 @@ const kFirstRetryMs = 500;
 const kLongestRetryMs = 2000;
 // The server sends statistics once a second. A session silent for so long is dead, even if TCP has not noticed.
 const kSilenceMs = 5000;
+const kSilenceCheckMs = 1000;
 
 export type ClientBody = MessageInitShape<typeof ClientMessageSchema>["body"];
 
@@ -23,17 +24,20 @@ export class Connection {
   private heardMs = 0;
   private isWelcome = false; // the server has said hello: it accepts other messages than a login
   private retryTimer = 0; // 0: no try is due
+  private readonly silenceTimer: number;
+  private readonly online = () => this.retryNow();
+  private readonly visible = () => {
+    if (document.visibilityState === "visible") this.retryNow();
+  };
 
   constructor(
     private readonly url: string,
     private readonly events: ConnectionEvents,
   ) {
-    window.setInterval(() => this.closeWhenSilent(), 1000);
+    this.silenceTimer = window.setInterval(() => this.closeWhenSilent(), kSilenceCheckMs);
     // The network is back, or the user is: no need to wait for a timer then.
-    window.addEventListener("online", () => this.retryNow());
-    document.addEventListener("visibilitychange", () => {
-      if (document.visibilityState === "visible") this.retryNow();
-    });
+    window.addEventListener("online", this.online);
+    document.addEventListener("visibilitychange", this.visible);
   }
 
   open(): void {
@@ -71,6 +75,15 @@ export class Connection {
     this.socket = undefined;
   }
 
+  /** Ends it for good: it cannot be opened any more. */
+  dispose(): void {
+    this.end();
+    window.clearTimeout(this.retryTimer);
+    window.clearInterval(this.silenceTimer);
+    window.removeEventListener("online", this.online);
+    document.removeEventListener("visibilitychange", this.visible);
+  }
+
   private closeWhenSilent(): void {
     const socket = this.socket;
     if (!socket || performance.now() - this.heardMs < kSilenceMs) return;
@@ -101,14 +114,14 @@ export class Connection {
 }
 
 function lossSentence(event: CloseEvent, heard: boolean): string {
-  if (event.reason) return `The server closed the session: ${event.reason}`;
+  if (event.reason) return `The server closed the session: ${event.reason.replace(/\.$/, "")}.`;
   if (event.wasClean) return "The server closed the session.";
   return heard ? "The connection broke." : "The server does not answer.";
 }
 
-/** Relative to the page, so that it also works behind a reverse proxy with a path prefix. */
-export function streamUrl(): string {
-  const url = new URL("stream", document.baseURI);
+/** Relative to the page of the server, so that it also works behind a reverse proxy with a path prefix. */
+export function streamUrl(page: string = document.baseURI): string {
+  const url = new URL("stream", page);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
   return url.href;
 }
