@@ -115,7 +115,11 @@ test("three lines of HTML show the stream, and say what it is", async () => {
   await withElement("element", [], async (page, server, problems) => {
     await stateIs(page, "live");
     await someMore(page);
-    assert.equal(await textOf(page, ".word"), "Simulated");
+    await until(
+      "the origin",
+      () => textOf(page, ".word"),
+      (word) => word === "Simulated",
+    );
     assert.match(await textOf(page, ".age"), /^\d.*s$/);
     assert.match(await textOf(page, ".source"), /phantom|relief|simulated/i);
     const grey = await pixelsOf(page);
