@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `cmake --install` installs, in three components: `server`; `images`, which needs OpenImageIO and its libraries;
-# and `view`, which needs those of a desktop. Then the Debian packages of all for `cpack`. Include it after all targets.
+# What `cmake --install` installs, in four components: `server`; `images`, which needs OpenImageIO and its libraries;
+# `view`, which needs those of a desktop; and `python` (python/CMakeLists.txt). Then the Debian packages of
+# all for `cpack`. Include it after all targets.
 include(GNUInstallDirs)
 set(deploy ${CMAKE_CURRENT_LIST_DIR})
 set(packaging ${CMAKE_BINARY_DIR}/packaging)
@@ -75,6 +76,7 @@ install(FILES ${deploy}/fanlight.toml DESTINATION ${CMAKE_INSTALL_FULL_SYSCONFDI
 
 set(documents ${CMAKE_INSTALL_DATADIR}/doc/fanlight)
 install(FILES README.md SECURITY.md deploy/USER_GUIDE.md deploy/API.md deploy/openapi.json deploy/SCALE.md
+  deploy/PYTHON.md deploy/python_ball.png
   proto/DISPLAY_PROTOCOL.md proto/RTP.md
   DESTINATION ${documents}
   COMPONENT server)

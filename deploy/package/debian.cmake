@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Debian packages for `cpack -G DEB`: fanlight, fanlight-images, fanlight-view, and the debug symbols of each.
+# Debian packages for `cpack -G DEB`: fanlight, fanlight-images, fanlight-view with the debug symbols of each, and
+# python3-fanlight.
 # deploy/package/build calls it with the options of a release. The bytes depend on the sources and on SOURCE_DATE_EPOCH
 # alone.
 set(FANLIGHT_MAINTAINER "Fanlight developers <fanlight@localhost>" CACHE STRING
@@ -30,6 +31,7 @@ function(install_documents component package)
 endfunction()
 install_documents(server fanlight)
 install_documents(images fanlight-images)
+install_documents(python python3-fanlight)
 if(TARGET fanlight-view)
   install_documents(view fanlight-view)
 endif()
@@ -48,7 +50,7 @@ set(CPACK_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL server images)
+set(CPACK_COMPONENTS_ALL server images python)
 if(TARGET fanlight-view)
   list(APPEND CPACK_COMPONENTS_ALL view)
 endif()
@@ -100,6 +102,20 @@ string(CONCAT CPACK_COMPONENT_VIEW_DESCRIPTION
   "native display for Fanlight's 4D ultrasound\n"
   "Shows the pictures of a Fanlight server in a window or on the full screen of a\n"
   "scanner, without a browser. It is not a medical device.")
+
+# It takes any version of the server that speaks its protocol.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-fanlight)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_PYTHON_DEBUGINFO_PACKAGE OFF)
+string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+  "python3 (>= 3.11), python3-numpy, python3-pil, python3-protobuf, python3-websockets (>= 10.4)")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "fanlight, fanlight-images")
+string(CONCAT CPACK_COMPONENT_PYTHON_DESCRIPTION
+  "Fanlight's 4D ultrasound from Python\n"
+  "Renders arrays and recordings to pictures with their depths, and takes the\n"
+  "pictures of a Fanlight server as arrays. It is not a medical device.")
 
 set(CPACK_POST_BUILD_SCRIPTS ${deploy}/package/repack.cmake)
 include(CPack)

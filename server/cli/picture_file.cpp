@@ -5,10 +5,13 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <initializer_list>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -99,11 +102,15 @@ Result<void> write_picture(const std::string& path, const Picture& picture,
 }
 
 Result<void> check_depth_path(const std::string& path) {
-  if (path.empty() || path.ends_with(".exr")) return {};
+  const std::initializer_list<std::string_view> endings = {".exr", ".tif", ".tiff"};
+  if (path.empty() ||
+      std::ranges::any_of(endings, [&path](std::string_view ending) { return path.ends_with(ending); }))
+    return {};
   return Error{
       ErrorCode::kInvalidArgument,
-      fmt::format("{} could not be written (depth needs 32 bit floats), expected a name that ends in .exr",
-                  printable(path))};
+      fmt::format(
+          "{} could not be written (depth needs 32 bit floats), expected a name that ends in .exr or .tif",
+          printable(path))};
 }
 
 Result<void> write_depth(const std::string& path, std::span<const float> depth_mm, std::uint32_t width,

@@ -12,7 +12,9 @@ void RenderOptions::add_files_to(CLI::App& command) {
                   "Output picture, such as x.png or x.exr; - for standard output; with --all also a "
                   "video, x.mp4. Follows symbolic links")
       ->type_name("FILE");
-  command.add_option("--depth", files.depth, "Output file for the filtered depth map in mm, such as z.exr")
+  command
+      .add_option("--depth", files.depth,
+                  "Output file for the filtered depth map in mm, such as z.exr or z.tif")
       ->type_name("FILE");
   command
       .add_option("--surface", files.surface,

@@ -91,6 +91,18 @@ FrameCounts frame_counts(const AcquisitionCounters& counters) {
   return counts;
 }
 
+/// Where the pixels lie: the formula of PictureView.
+nlohmann::ordered_json view_json(const PictureView& view) {
+  return {{"origin_mm", view.origin_mm},
+          {"right", view.right},
+          {"down", view.down},
+          {"forward", view.forward},
+          {"mm_per_pixel", view.mm_per_pixel},
+          {"mm_per_pixel_per_mm", view.mm_per_pixel_per_mm},
+          {"middle_column", view.middle_column},
+          {"middle_row", view.middle_row}};
+}
+
 nlohmann::ordered_json figures_json(const RenderReport& report) {
   const Picture& picture = report.picture;
   return {{"volume", picture.stamp.volume.source_volume_index},
@@ -104,7 +116,8 @@ nlohmann::ordered_json figures_json(const RenderReport& report) {
           {"uncertain_share", picture.stamp.uncertain_share},
           {"near_tissue", near_tissue_name(picture.stamp.near_tissue)},
           {"near_end_mm", picture.stamp.near_end_mm},  // null: not removed
-          {"warnings", warnings_json(picture.stamp.volume.warnings)}};
+          {"warnings", warnings_json(picture.stamp.volume.warnings)},
+          {"view", view_json(picture.stamp.view)}};
 }
 
 void print_json(std::FILE* out, const RenderReport& report) {
