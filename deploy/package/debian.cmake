@@ -111,6 +111,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_PYTHON_DEBUGINFO_PACKAGE OFF)
 string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
   "python3 (>= 3.11), python3-numpy, python3-pil, python3-protobuf, python3-websockets (>= 10.4)")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${deploy}/package/python/postinst ${deploy}/package/python/prerm)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "fanlight, fanlight-images")
 string(CONCAT CPACK_COMPONENT_PYTHON_DESCRIPTION
   "Fanlight's 4D ultrasound from Python\n"
